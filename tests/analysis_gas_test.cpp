@@ -206,7 +206,7 @@ TEST_CASE("occupied_cells: table and sorting assign the same cells to bodies") {
   const Cells cells = cells_of(b, 2);  // 1000 cells: by a table.
   const OccupiedCells by_table = occupied_cells(b, cells);
   Bodies few = b;
-  few.position.resize(3 * 200), few.mass.resize(200);  // More than four cells per body: by sorting.
+  few.position.resize(3 * 200), few.mass.resize(200), few.radius.resize(200);  // More than four cells per body: by sorting.
   const OccupiedCells by_sorting = occupied_cells(few, cells);
   CHECK(std::ranges::is_sorted(by_table.cell));
   for (int i = 0; i < few.size(); ++i)

@@ -305,6 +305,10 @@ TEST_CASE("scene text with control characters: refused, and they are not printed
   check_refused(unknown, 2, "unknown key \\x1b[31m");
   CHECK(silent(unknown));
   CHECK(silent(run_program(folder, "explain \"$(printf '\\033[31m').toml\"")));
+  folder.write("scene.toml", "picture = fals\n[output]\n");
+  const Ended two_lines = run_program(folder, "explain scene.toml");
+  check_refused(two_lines, 2, "saw 'fals\\x0a'");
+  CHECK(std::ranges::count(two_lines.err, '\n') == 1);
 }
 
 TEST_CASE("energy imbalance within the noise of field solves: reported as noise") {

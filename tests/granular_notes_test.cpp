@@ -82,6 +82,12 @@ TEST_CASE("RestitutionCheck: isolated central collisions are counted by speed") 
   gas.restitution = check;
   resumed.restore(gas.save());
   CHECK(resumed.restitution.all().collisions == 3);
+  Checkpoint wrong_grains = gas.save(), wrong_stage = gas.save();
+  wrong_grains.integers.at("contact_pairs") = {0, gas.bodies().size(), 1};
+  wrong_grains.reals.at("contact_touches") = {0, 0};
+  CHECK_THROWS_AS(resumed.restore(wrong_grains), Failure);
+  wrong_stage.integers.at("stage") = {2};
+  CHECK_THROWS_AS(resumed.restore(wrong_stage), Failure);
 
   // For heavier and larger grains E and D are multiplied by sqrt(R_eff / (d0/4)) = sqrt(2), and m_eff = 4.
   bodies.mass = {8, 8};

@@ -128,6 +128,12 @@ TEST_CASE("range larger than all distances: pair searches find every pair") {
   }
 }
 
+TEST_CASE("pairs_closer_than: particles at infinity are refused") {
+  SphereSet some = random_spheres(20, 2, 1, 0.01, 0.02, 0, 1);
+  some.position[7] = INFINITY;
+  CHECK_THROWS_AS(pairs_closer_than(Spheres<2>{some.position, some.radius}, 0), Failure);
+}
+
 TEST_CASE("pairs_closer_than: three threads find the same pairs as one") {
   const SphereSet some = random_spheres(20000, 3, 40, 0.3, 0.7, 0, 4);
   const Spheres<3> spheres{some.position, some.radius, periodic_box<3>(40)};

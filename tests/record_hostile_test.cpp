@@ -200,6 +200,9 @@ TEST_CASE("hostile result files: sizes and texts that readers relied on are refu
            {replaced_by("summary/energy", "numpy.zeros(0)"), "energy has 0 numbers where there should be one"},
            {replaced_by("particles/conductors/radius", "1.0"), "has no rows"}})
     refusal(changed, true, [&] { Recorder::resume(path, some_scene(), few); });
+  for (const std::string number : {"1e200", "numpy.nan", "numpy.inf"})
+    refusal({fmt::format("f['particles/conductors/position/value'][1] = {}", number), "position holds the number"},
+            true, [&] { Result(path).frame(1); });
   const std::string time = "particles/conductors/position/time";
   refusal({fmt::format("f['{}'][1] = numpy.nan", time), "one finite time each"}, true, [&] { Result result(path); });
   refusal({replaced_by("network/contacts_end", "numpy.zeros((3, 0), 'i8')"), "contacts has no end in a frame"}, true,

@@ -273,6 +273,25 @@ TEST_CASE("minimizers: each finds the minimum of a quadratic bowl") {
   CHECK_THROWS_AS(minimize::Lbfgs(bowl, {4, 0, 0, 0}, 0.1, 1), InputError);
 }
 
+TEST_CASE("minimizers: the state of another minimization is refused") {
+  Bowl bowl;
+  const auto check = [&](minimize::Minimizer&& minimizer, minimize::Memory memory, const std::string& damaged) {
+    minimizer.remember(memory);
+    memory.at(damaged).push_back(0);
+    CHECK_THROWS_AS(minimizer.remember(memory), Failure);
+    memory.erase(damaged);
+    CHECK_THROWS_AS(minimizer.remember(memory), Failure);
+  };
+  const std::vector<double> start = {-2, 4, 4, -3};
+  minimize::Lbfgs lbfgs(bowl, start, 0.1, 1);
+  lbfgs.iterate();
+  for (const char* damaged : {"products 00", "products with gradient"})
+    check(minimize::Lbfgs(bowl, start, 0.1, 1), lbfgs.memory(), damaged);
+  for (const char* damaged : {"velocity", "fire"})
+    check(minimize::Fire(bowl, start, 0.5, 1), minimize::Fire(bowl, start, 0.5, 1).memory(), damaged);
+  check(minimize::NewtonCg(bowl, start, 1, 1), {{"radius", {1}}}, "radius");
+}
+
 TEST_CASE("minimizers: each finds the minimum from deep within a steep wall") {
   Pit pit;
   const auto check = [](minimize::Minimizer&& minimizer) {

@@ -64,9 +64,9 @@ Memory Fire::memory() const {
 }
 
 void Fire::remember(const Memory& memory) {
-  velocity_ = memory.at("velocity");
-  const std::vector<double>& numbers = memory.at("fire");
-  step_ = numbers.at(0), mixing_ = numbers.at(1), downhill_ = static_cast<int>(numbers.at(2)), taken_ = numbers.at(3);
+  velocity_ = remembered(memory, "velocity", velocity_.size());
+  const std::vector<double>& numbers = remembered(memory, "fire", 4);
+  step_ = numbers[0], mixing_ = numbers[1], downhill_ = static_cast<int>(numbers[2]), taken_ = numbers[3];
 }
 
 }  // namespace lichtenberg::minimize

@@ -208,12 +208,12 @@ Memory Lbfgs::memory() const {
 
 void Lbfgs::remember(const Memory& memory) {
   vectors_.clear();
-  for (int v = 0; memory.contains(fmt::format("vector {:02}", v)); ++v) {
-    const std::vector<double>& vector = memory.at(fmt::format("vector {:02}", v));
+  for (int v = 0; v < most_vectors && memory.contains(fmt::format("vector {:02}", v)); ++v) {
+    const std::vector<double>& vector = remembered(memory, fmt::format("vector {:02}", v), point().x.size());
     vectors_.emplace_back(vector.begin(), vector.end());
-    std::ranges::copy(memory.at(fmt::format("products {:02}", v)), product_[v].begin());
+    std::ranges::copy(remembered(memory, fmt::format("products {:02}", v), most_vectors), product_[v].begin());
   }
-  std::ranges::copy(memory.at("products with gradient"), with_gradient_.begin());
+  std::ranges::copy(remembered(memory, "products with gradient", most_vectors), with_gradient_.begin());
 }
 
 }  // namespace lichtenberg::minimize

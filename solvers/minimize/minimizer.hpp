@@ -41,6 +41,9 @@ class SmoothObjective : public Objective {
 /// Internal state of a minimizer for checkpoints, such as velocities or past gradients: arrays by name.
 using Memory = std::map<std::string, std::vector<double>>;
 
+/// Returns the array `name` of a memory. Throws Failure if there is none with `size` numbers.
+const std::vector<double>& remembered(const Memory& memory, const std::string& name, std::size_t size);
+
 /// Variables x with the gradient and the value of the objective function there.
 struct Point {
   std::vector<double> x, gradient;
@@ -64,7 +67,7 @@ class Minimizer {
   /// Returns the minimizer's internal state, without the point, for a checkpoint. A minimizer that is made with the
   /// same arguments at the same point and restores this state continues with identical bits.
   virtual Memory memory() const { return {}; }
-  /// Restores an internal state that memory() returned.
+  /// Restores an internal state that memory() returned. Throws Failure if it is of another minimizer.
   virtual void remember(const Memory& memory) { (void)memory; }
 
  protected:

@@ -16,7 +16,7 @@ class NewtonCg : public Minimizer {
   NewtonCg(SmoothObjective& objective, std::vector<double> x, double largest_move, double gradient_unit);
   bool iterate() override;
   Memory memory() const override { return {{"radius", {radius_}}}; }
-  void remember(const Memory& memory) override { radius_ = memory.at("radius").at(0); }
+  void remember(const Memory& memory) override { radius_ = remembered(memory, "radius", 1).front(); }
 
   std::int64_t products() const { return products_; }  ///< Number of products with the Hessian matrix so far
 

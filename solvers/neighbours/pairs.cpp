@@ -48,6 +48,8 @@ class Cells {
         high = std::max(high, spheres.position[i * d + k]);
       }
       side_[k] = std::max(width * (1 + slack), (high - low_[k]) / most * (1 + 1e-12));
+      if (!(std::isfinite(high - low_[k]) && side_[k] > 0))
+        throw Failure("the neighbours of particles without finite positions are not defined");
       count_[k] = static_cast<int>((high - low_[k]) / side_[k]) + 1;
       columns_a_metre_[k] = 1 / side_[k];
     }
@@ -83,7 +85,7 @@ class Cells {
         const int row = (wrapped_column(z, 2) * count_[1] + wrapped_column(y, 1)) * count_[0];
         const auto visit_columns = [&](int first, int last) {
           const int begin = start_[row + first];
-          visit(std::span(&sorted_[begin], start_[row + last + 1] - begin));
+          visit(std::span(sorted_.data() + begin, start_[row + last + 1] - begin));
         };
         const auto [first, last] = columns[0];
         if (first < 0) visit_columns(first + count_[0], count_[0] - 1);

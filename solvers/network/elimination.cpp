@@ -327,8 +327,8 @@ void Elimination::assemble(const Front& front, int children, Results& results, d
     front.find_rows(border, row.data());
     for_each_column(n, team, [&](int k) {
       double* column = g + std::size_t(row[k]) * m;
-      const double* from = mesh + start_of_column(k, n - 1) - k - 1;
-      for (int i = k + 1; i < n; ++i) column[row[i]] += from[i];
+      const double* from = mesh + start_of_column(k, n - 1);
+      for (int i = k + 1; i < n; ++i) column[row[i]] += from[i - k - 1];
     });
   }
 }

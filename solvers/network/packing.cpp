@@ -13,6 +13,8 @@
 namespace lichtenberg::network {
 namespace {
 
+constexpr double farthest = 1e100;  ///< m; squares and cubes of distances are finite
+
 double height(const Point& p, const PackingWall& wall) {
   return (p[0] - wall.point[0]) * wall.normal[0] + (p[1] - wall.point[1]) * wall.normal[1] +
          (p[2] - wall.point[2]) * wall.normal[2];
@@ -71,11 +73,14 @@ void check_positive(const std::vector<double>& values, const std::string& what) 
 
 void check(const ParticlePacking& packing) {
   if (packing.position.empty()) throw InputError("the packing has no particles");
+  if (packing.radius.size() != packing.position.size())
+    throw InputError(
+        fmt::format("the packing has {} positions, but {} radii", packing.position.size(), packing.radius.size()));
   check_positive(packing.radius, "radius");
   check_positive(packing.resistivity, "resistivity");
   for (int i = 0; i < packing.size(); ++i)
-    if (!std::ranges::all_of(packing.position[i], [](double x) { return std::isfinite(x); }))
-      throw InputError(fmt::format("particle {} has no finite position", i));
+    if (!std::ranges::all_of(packing.position[i], [](double x) { return std::abs(x) < farthest; }))
+      throw InputError(fmt::format("particle {} has no position within {:g} m", i, farthest));
 }
 
 int dimension(const ParticlePacking& packing) {

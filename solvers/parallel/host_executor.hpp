@@ -320,12 +320,16 @@ class HostExecutor : public Communicator<HostExecutor> {
   // Functions for device memory. On the CPU they act on host memory.
   void* allocate(std::size_t bytes) const { return std::malloc(bytes); }
   void release(void* memory) const { std::free(memory); }
-  void fill(void* memory, int byte, std::size_t bytes) const { std::memset(memory, byte, bytes); }
-  void copy(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
-  void to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
+  void fill(void* memory, int byte, std::size_t bytes) const {
+    if (bytes > 0) std::memset(memory, byte, bytes);
+  }
+  void copy(void* to, const void* from, std::size_t bytes) const {
+    if (bytes > 0) std::memcpy(to, from, bytes);
+  }
+  void to_device(void* to, const void* from, std::size_t bytes) const { copy(to, from, bytes); }
   void to_host(void* to, const void* from, std::size_t bytes) const {
     ++observed().waits;
-    std::memcpy(to, from, bytes);
+    copy(to, from, bytes);
   }
   /// Allocates (pinned) host memory for the transfers begin_to_device() and begin_to_host().
   void* allocate_on_host(std::size_t bytes) const { return std::malloc(bytes); }

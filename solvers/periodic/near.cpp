@@ -68,9 +68,8 @@ class Near<Real>::Neighbourhood {
     const EightDifferences<Real> there =
         ascending<EightDifferences<Real>>() < static_cast<Difference<Real>>(cluster.size);
     for (int k = 0; k < 3; ++k) {
-      const auto* coordinates = reinterpret_cast<const Difference<Real>*>(columns_.coordinate(k) + cluster.first);
       const EightDifferences<Real> separation =
-          lanes<together>(coordinates) - static_cast<Difference<Real>>(cluster.centre[k]);
+          differences<together, Real>(columns_.coordinate(k) + cluster.first, cluster.centre[k]);
       const Eight<Real> at = near_.scale_[k] * __builtin_convertvector(separation, Eight<Real>);
       lanes<together>(at_[k].data()) = there ? at : Eight<Real>{} - far;
     }
@@ -102,8 +101,7 @@ class Near<Real>::Neighbourhood {
     for (int s = std::max(first, cluster_.first + cluster_.size); s < end; s += n) {
       Many separation[3], square{};
       for (int k = 0; k < 3; ++k) {
-        const Differences difference = lanes<n>(reinterpret_cast<const Difference<Real>*>(columns_.coordinate(k) + s)) -
-                                       static_cast<Difference<Real>>(cluster_.centre[k]);
+        const Differences difference = differences<n, Real>(columns_.coordinate(k) + s, cluster_.centre[k]);
         separation[k] = near_.scale_[k] * __builtin_convertvector(difference, Many);
         const Many outside = magnitude<Real>(separation[k]) - cluster_.half[k];
         const Many beyond = outside > 0 ? outside : Many{};
@@ -288,9 +286,9 @@ typename Near<Real>::Cluster Near<Real>::cluster_from(const Columns<Real>& colum
   std::array<Difference<Real>, 3> low{}, high{};
   const auto there = ascending<EightDifferences<Real>>() < static_cast<Difference<Real>>(cluster.size);
   for (int k = 0; k < 3; ++k) {
-    const auto* coordinates = reinterpret_cast<const Difference<Real>*>(columns.coordinate(k)) + first;
+    const Coordinate<Real>* coordinates = columns.coordinate(k) + first;
     const EightDifferences<Real> from_first =
-        there ? lanes<together>(coordinates) - *coordinates : EightDifferences<Real>{};
+        there ? differences<together, Real>(coordinates, *coordinates) : EightDifferences<Real>{};
     for (int n = 0; n < together; ++n)
       low[k] = std::min(low[k], from_first[n]), high[k] = std::max(high[k], from_first[n]);
   }

@@ -36,6 +36,12 @@ template <class Real>
 using Eight = Lanes<8, Real>;
 template <class Real>
 using EightDifferences = Lanes<8, Difference<Real>>;
+
+/// Returns the coordinates from `at` on minus `from`, of nearest images: unsigned numbers wrap at the period.
+template <int count, class Real>
+Lanes<count, Difference<Real>> differences(const Coordinate<Real>* at, Coordinate<Real> from) {
+  return reinterpret_cast<Lanes<count, Difference<Real>>>(lanes<count>(at) - from);
+}
 /// Length of a box in units of fixed-point coordinates.
 template <class Real>
 constexpr Real whole_box = sizeof(Real) == 4 ? 0x1p32 : 0x1p64;

@@ -150,7 +150,8 @@ void print_line(const AnalysedRun& run, const FrameAnalysis& found) {
              t.edge_length.mean / run.radius, dimension(t.boxes), dimension(t.masses));
   const std::vector<double> emst = fractions(t.minimum.number, run.conductors);
   for (std::size_t j = 1; j <= 4; ++j) fmt::print(" {:>5.3f}", j < emst.size() ? emst[j] : 0);
-  fmt::print(" {:>10}\n", found.dissipated ? fmt::format("{:.3g}", *found.dissipated) : "-");
+  const double dissipated = found.dissipated.value_or(NAN);
+  fmt::print(" {:>10}\n", std::isnan(dissipated) ? "-" : fmt::format("{:.3g}", dissipated));
 }
 
 void print_degrees(const AnalysedRun& run, const analysis::Topology& t) {
@@ -213,7 +214,8 @@ void print_recorded(const RecordedQuantity& recorded) {
 void print_power(const FrameAnalysis& found) {
   fmt::print("power          source {:.4g} W, work of the field {:.4g} W, drag {:.4g} W\n", found.power.source,
              found.power.field, found.power.drag);
-  if (found.dissipated) fmt::print("dissipated     {:.4g} W since the previous frame\n", *found.dissipated);
+  if (found.dissipated)
+    fmt::print("dissipated     {} W since the previous frame\n", recorded_number(*found.dissipated));
   for (const RecordedQuantity& recorded : found.recorded) print_recorded(recorded);
 }
 

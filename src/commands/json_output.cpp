@@ -19,6 +19,11 @@
 namespace lichtenberg {
 namespace {
 
+/// Returns JSON as text. Bytes that are not UTF-8, which names of a scene may have, are replaced.
+std::string text_of(const nlohmann::ordered_json& json, int indent) {
+  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 bool is_same(const std::string& a, const std::string& b) {
   std::error_code error;
   return std::filesystem::weakly_canonical(a, error) == std::filesystem::weakly_canonical(b, error) ||
@@ -71,7 +76,7 @@ void check_overwrite(bool overwrite, const std::vector<std::string>& written, co
 }
 
 void JsonTarget::put(const nlohmann::ordered_json& json, int indent) const {
-  if (printed()) return fmt::print("{}\n", json.dump(indent));
+  if (printed()) return fmt::print("{}\n", text_of(json, indent));
   if (!word.empty()) write_json(word, json);
 }
 
@@ -83,12 +88,12 @@ Argument json_argument(JsonTarget& target, const std::string& what) {
 }
 
 void write_json(const std::string& path, const nlohmann::ordered_json& json) {
-  const std::string text = json.dump(1) + "\n";
+  const std::string text = text_of(json, 1) + "\n";
   write_atomically(path, std::as_bytes(std::span(text)));
 }
 
 void print_json_line(const nlohmann::ordered_json& json) {
-  fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  fmt::print("{}\n", text_of(json, -1));
   std::fflush(stdout);
 }
 

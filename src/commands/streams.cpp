@@ -94,7 +94,7 @@ std::string printable(std::string_view text) {
   std::string shown;
   for (std::size_t k = 0; k < text.size(); ++k) {
     const unsigned char c = text[k], next = k + 1 < text.size() ? text[k + 1] : 0;
-    const bool control = (c < 0x20 && c != '\n' && c != '\t') || c == 0x7f;
+    const bool control = (c < 0x20 && c != '\t') || c == 0x7f;
     const bool second_set = c == 0xc2 && next >= 0x80 && next < 0xa0;  // U+0080 to U+009F in UTF-8
     if (!control && !second_set) {
       shown += text[k];

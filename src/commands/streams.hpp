@@ -12,8 +12,8 @@ namespace lichtenberg {
 /// standard output are kept for output_error().
 void prepare_streams();
 
-/// Replaces control characters other than line ends and tabs by text such as \x1b. Names in files from others can then
-/// not control a terminal.
+/// Replaces control characters other than tabs by text such as \x1b or \x0a. Names in files from others can then not
+/// control a terminal, and a message is one line.
 std::string printable(std::string_view text);
 
 /// Declares that the results are in files and printed output only repeats them. Output that cannot be written is then

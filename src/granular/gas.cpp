@@ -408,6 +408,8 @@ void Gas::restore(const Checkpoint& checkpoint) {
   const auto& image = whole("image", components);
   b.image.assign(image.begin(), image.end());
   stage_ = static_cast<std::size_t>(whole("stage", 1)[0]);
+  if (stage_ > scene_.stages.size())
+    throw Failure(fmt::format("the checkpoint is of stage {}, but this scene has {}", stage_, scene_.stages.size()));
   const auto& counters = whole("counters", 3);
   steps = counters[0], contact_steps = counters[1], collisions = counters[2];
   const std::vector<double>& budget = reals(checkpoint, "book", 5);
@@ -417,6 +419,10 @@ void Gas::restore(const Checkpoint& checkpoint) {
   const std::vector<std::int64_t>& pairs = integers(checkpoint, "contact_pairs");
   const std::vector<double>& touches = reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
   contacts_.clear();
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    if (k % 3 < 2 && !(pairs[k] >= 0 && pairs[k] < b.size()))
+      throw Failure(
+          fmt::format("the checkpoint has a contact of the grain {}, but this scene has {}", pairs[k], b.size()));
   for (std::size_t k = 0; 3 * k < pairs.size(); ++k)
     contacts_.push_back({{static_cast<int>(pairs[3 * k]), static_cast<int>(pairs[3 * k + 1])},
                          touches[2 * k],

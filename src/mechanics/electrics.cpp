@@ -1,5 +1,7 @@
 #include "src/mechanics/electrics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -269,8 +271,13 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
   now_.contacts.clear();
   if (discharge_) {
     const std::vector<std::int64_t>& ends = integers(checkpoint, "contacts");
-    for (std::size_t k = 0; k + 1 < ends.size(); k += 2)
+    const auto bodies = model_.bodies.size(), partners = bodies + static_cast<int>(terminals_.size());
+    for (std::size_t k = 0; k + 1 < ends.size(); k += 2) {
+      if (!(ends[k] >= 0 && ends[k] < std::min<std::int64_t>(bodies, ends[k + 1]) && ends[k + 1] < partners))
+        throw Failure(fmt::format("the checkpoint has the contact {} - {}, which is not one of this scene's {} bodies",
+                                  ends[k], ends[k + 1], partners));
       now_.contacts.push_back({static_cast<int>(ends[k]), static_cast<int>(ends[k + 1])});
+    }
   }
   now_.groups = effects::electrical_groups(scene_, now_.contacts);
   resistors_.restore(checkpoint);

@@ -13,6 +13,7 @@ namespace lichtenberg {
 namespace {
 
 constexpr const char* conductors = "/particles/conductors/";
+constexpr double largest_number = 1e100;  ///< in units of the file; squares and cubes are finite
 
 /// Removes datasets of an earlier analysis that are not written again. The others are overwritten in place, so that the
 /// file does not grow.
@@ -97,11 +98,16 @@ Frame Result::frame(int index) const {
       std::vector<double> values = file_->rows<double>(conductors + name + "/value", index, 1);
       if (conductors_ == 0 || values.size() % conductors_ != 0)
         throw hdf5::Error(fmt::format("{} has not one row for each of {} conductors", name, conductors_));
+      for (const double value : values)
+        if (!(std::abs(value) < largest_number)) throw hdf5::Error(fmt::format("{} holds the number {}", name, value));
       const std::size_t numbers = values.size() / conductors_;
       frame.add_particles(name, "", std::move(values), numbers == 1 ? 0 : numbers);
     }
     for (const std::string& name : names_in("observables")) {
       std::vector<double> values = file_->rows<double>("observables/" + name + "/value", index, 1);
+      for (const double value : values)
+        if (std::isfinite(value) && !(std::abs(value) < largest_number))
+          throw hdf5::Error(fmt::format("{} holds the number {}", name, value));
       const hdf5::Handle element = hdf5::open_group(file_->file(), "observables/" + name);
       std::vector<std::string> labels = hdf5::text_attribute(element, "terminals");
       const std::size_t width = labels.empty() && values.size() == 1 ? 0 : values.size();

@@ -138,7 +138,8 @@ inline constexpr std::array all = {&cvode, &euler, &multirate, &verlet, &gear, &
 /// `moves`: each that moves conductors, or grains.
 constexpr bool have_all(const auto& makers, bool IntegratorKind::*moves) {
   return std::ranges::all_of(all, [&](const IntegratorKind* kind) {
-    return !(kind->*moves) || std::ranges::any_of(makers, [&](const auto& maker) { return maker.first == kind; });
+    return !(kind->*moves) ||
+           std::ranges::any_of(makers, [&](const auto& maker) { return maker.first->name == kind->name; });
   });
 }
 

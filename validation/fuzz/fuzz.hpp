@@ -59,6 +59,9 @@ struct Request {
 /// Tries the cases in child processes, prints the broken rules and a summary. Returns the number of broken rules.
 std::uint64_t supervise(const Target& target, const Request& request);
 
+/// Returns true if the present case has taken its processor time. It must then end, as after a request to stop.
+bool out_of_time();
+
 /// Text that the present case has written to standard output and standard error so far.
 struct Printed {
   std::string out, err;

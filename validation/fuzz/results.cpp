@@ -82,7 +82,7 @@ std::string resume(const Scene& scene) {
   RecordedRun run(scene, Recorder::resume(result_file, scene), [](const std::string&) {});
   run.begin();
   int pauses = 0;
-  if (!run.finished()) run.to_next_frame([&] { return ++pauses > 5; });
+  if (!run.finished()) run.to_next_frame([&] { return ++pauses > 5 || out_of_time(); });
   if (pauses <= 5) run.save();
   return "resumed";
 }

@@ -70,7 +70,7 @@ std::string begin_run(const Scene& scene, bool records) {
   run.begin();
   int pauses = 0;
   for (int k = 0; k < most_frames && !run.finished() && pauses <= most_pauses; ++k)
-    run.to_next_frame([&] { return ++pauses > most_pauses; });
+    run.to_next_frame([&] { return ++pauses > most_pauses || out_of_time(); });
   if (!warned && run.motion().warnings().empty()) check_numbers(run.motion().frame());
   if (!run.finished()) return "run begun";
   run.end();
@@ -99,7 +99,7 @@ std::string try_scene(const Grammar& grammar, const Input& input, Dice& dice) {
   }
   int placements = 0;
   const Scene scene = parse_scene(input.front().bytes, scene_file, effects::all_kinds(), settings,
-                                  [&] { return ++placements > most_placements; });
+                                  [&] { return ++placements > most_placements || out_of_time(); });
   if (!is_small(scene) || !settings.empty()) return "parsed";
   const std::size_t kind = dice.below(10);
   if (kind < 4) return command(explain_command(), dice, false);

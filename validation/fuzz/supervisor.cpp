@@ -1,4 +1,5 @@
 #include <dlfcn.h>
+#include <execinfo.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -35,11 +36,31 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t largest_block = 256u << 20;  ///< bytes; larger requests are std::bad_alloc
-constexpr double processor_limit = 10;             ///< s of processor time for one case
+constexpr double processor_limit = 10;             ///< s of processor time until a request to stop, then until a kill
 constexpr unsigned wall_limit = 120;               ///< s, for a deadlock
-constexpr std::uint64_t cases_of_a_child = 5000;   ///< bounds the memory that caches take
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool has_sanitizer = true;
+#else
+constexpr bool has_sanitizer = false;
+#endif
+constexpr std::uint64_t cases_of_a_child = 5000;  ///< bounds the memory that caches take
 
 bool library_may_fork = true;
+volatile sig_atomic_t stop_requested = 0;
+
+extern "C" void request_stop(int signal) {
+  stop_requested = 1;
+  ::signal(signal, SIG_DFL);
+}
+
+/// Writes the calling functions to standard error, as sanitizers do, and ends the process by the signal.
+extern "C" void report_signal(int signal) {
+  std::array<void*, 12> frames{};
+  constexpr int own = 2;  // this function and the kernel's frame
+  backtrace_symbols_fd(frames.data() + own, std::max(backtrace(frames.data(), frames.size()) - own, 0), STDERR_FILENO);
+  ::signal(signal, SIG_DFL);
+  raise(signal);
+}
 
 /// Counters that the child writes and its parent reads.
 struct Shared {
@@ -137,10 +158,14 @@ void try_case(const Target& target, const Request& request, Shared& shared) {
     fs::create_directories(fs::absolute(file.name).parent_path());
     std::ofstream(file.name, std::ios::binary) << file.bytes;
   }
-  const itimerval limit{{}, {static_cast<time_t>(processor_limit), 0}}, none{};
+  constexpr timeval seconds{static_cast<time_t>(processor_limit), 0};
+  const itimerval limit{seconds, seconds}, none{};
+  stop_requested = 0;
+  ::signal(SIGPROF, request_stop);
   setitimer(ITIMER_PROF, &limit, nullptr);
   alarm(wall_limit);
   try {
+    const StopRequestScope scope(out_of_time);
     shared.add(end_of(target, input, dice));
   } catch (const Fault& fault) {
     ++shared.faults;
@@ -158,6 +183,8 @@ void try_case(const Target& target, const Request& request, Shared& shared) {
   fs::current_path(folder);
   dup2(streams.out, STDOUT_FILENO);
   dup2(streams.err, STDERR_FILENO);
+  if (!has_sanitizer)
+    for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) ::signal(signal, report_signal);
   const std::uint64_t end = std::min(shared.next + cases_of_a_child, request.first + request.cases);
   try {
     for (; shared.next < end; ++shared.next) try_case(target, request, shared);
@@ -169,13 +196,15 @@ void try_case(const Target& target, const Request& request, Shared& shared) {
   _exit(0);
 }
 
-/// Returns true if the first frame of a sanitizer's report that is no function of its own is in HDF5's library.
+/// Returns true if the first frame of a report by a sanitizer or report_signal(), apart from the C library's, is in
+/// HDF5's library.
 bool is_in_hdf5(const std::string& report) {
-  static const std::regex frame(R"(#\d+ 0x[0-9a-f]+ (in [^\n]*|\s*\([^\n]*))");
+  static const std::regex frame(R"(#\d+ 0x[0-9a-f]+ (in [^\n]*|\s*\([^\n]*)|[^\n]*\(.*\+0x[0-9a-f]+\)[^\n]*)");
   for (std::sregex_iterator at(report.begin(), report.end(), frame), end; at != end; ++at) {
     const std::string text = at->str();
     if (text.find("libhdf5") != std::string::npos) return true;
-    if (text.find("lichtenberg") != std::string::npos || text.find("/validation/") != std::string::npos) return false;
+    for (const char* own : {"lichtenberg", "/validation/", "/fuzz("})
+      if (text.find(own) != std::string::npos) return false;
   }
   return false;
 }
@@ -201,6 +230,8 @@ void write_figures(const Shared& shared, const Request& request, double seconds)
 }
 
 }  // namespace
+
+bool out_of_time() { return stop_requested != 0; }
 
 Printed printed() {
   std::fflush(nullptr);

@@ -382,7 +382,8 @@ TEST_CASE("checkpoint: restored runs of every integrator have identical bits") {
     }
     CHECK(checkpoints[0].reals != checkpoints[9].reals);
     if (!checkpoints[0].integers.contains("contacts")) continue;
-    for (const std::vector<std::int64_t>& wrong : {std::vector<std::int64_t>{-1, 2}, {3, 3}, {3, 1000}}) {
+    for (const std::vector<std::int64_t>& wrong :
+         {std::vector<std::int64_t>{-1, 2}, {3, 3}, {3, 1000}, {3, 4, 1, 2}, {3, 4, 5}}) {
       checkpoints[0].integers.at("contacts") = wrong;
       CHECK_THROWS_AS(whole.restore(checkpoints[0]), Failure);
     }

@@ -331,9 +331,9 @@ TEST_CASE("gas commands: impossible requests are refused with an error message")
   }
   for (const auto& [lines, sentence] : std::vector<std::pair<std::string, std::string>>{
            {"f['network/contacts_of_all_frames'][0, 1] = -1", "touches the ground, which a gas does not have"},
-           {"f['particles/conductors/velocity/value'][1, 5, 0] = 1e300", "in frame 1 positions, velocities or charges"},
+           {"f['particles/conductors/velocity/value'][1, 5, 0] = 1e300", "velocity of frame 1 holds the number 1e+300"},
            {"f['particles/conductors/position/value'][1, 5, 0] = float('nan')",
-            "in frame 1 positions, velocities or"}}) {
+            "position of frame 1 holds the number nan"}}) {
     std::filesystem::copy_file(folder / "gas.h5", folder / "damaged.h5",
                                std::filesystem::copy_options::overwrite_existing);
     damage_by(folder, "damaged.h5", lines);

@@ -86,6 +86,10 @@ TEST_CASE("RestitutionCheck: isolated central collisions are counted by speed") 
   wrong_grains.integers.at("contact_pairs") = {0, gas.bodies().size(), 1};
   wrong_grains.reals.at("contact_touches") = {0, 0};
   CHECK_THROWS_AS(resumed.restore(wrong_grains), Failure);
+  wrong_grains.integers.at("contact_pairs") = {1, 1, 1};
+  CHECK_THROWS_AS(resumed.restore(wrong_grains), Failure);
+  wrong_grains.integers.at("contact_pairs") = {0, 1, 1, 0};
+  CHECK_THROWS_AS(resumed.restore(wrong_grains), Failure);
   wrong_stage.integers.at("stage") = {2};
   CHECK_THROWS_AS(resumed.restore(wrong_stage), Failure);
 

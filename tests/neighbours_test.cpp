@@ -128,10 +128,13 @@ TEST_CASE("range larger than all distances: pair searches find every pair") {
   }
 }
 
-TEST_CASE("pairs_closer_than: particles at infinity are refused") {
-  SphereSet some = random_spheres(20, 2, 1, 0.01, 0.02, 0, 1);
-  some.position[7] = INFINITY;
-  CHECK_THROWS_AS(pairs_closer_than(Spheres<2>{some.position, some.radius}, 0), Failure);
+TEST_CASE("pairs_closer_than: particles without finite positions are refused") {
+  for (const double wrong : {double{INFINITY}, std::nan("")}) {
+    SphereSet some = random_spheres(20, 2, 1, 0.01, 0.02, 0, 1);
+    some.position[7] = wrong;
+    CHECK_THROWS_AS(pairs_closer_than(Spheres<2>{some.position, some.radius}, 0), Failure);
+    CHECK_THROWS_AS(pairs_closer_than(Spheres<2>{some.position, some.radius, periodic_box<2>(1)}, 0), Failure);
+  }
 }
 
 TEST_CASE("pairs_closer_than: three threads find the same pairs as one") {

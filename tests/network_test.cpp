@@ -242,7 +242,7 @@ TEST_CASE("find_contacts: an overlap of 4e-9 radii is a contact, 1e-9 is none") 
   CHECK(find_contacts(packing).pairs.size() == 1);
 }
 
-TEST_CASE("packing with a radius less, or a position too far to square: refused") {
+TEST_CASE("packing with one radius too few, or a position beyond 1e100 m: refused") {
   CHECK(contains(message_of([] { check({.position = {{0, 0, 0}, {1, 0, 0}}, .radius = {1}}); }), "2 positions, but 1"));
   for (const double far : {1e100, -double{INFINITY}, std::nan("")})
     CHECK(contains(message_of([&] { check({.position = {{0, far, 0}}, .radius = {1}}); }), "no position within"));

@@ -201,7 +201,7 @@ TEST_CASE("hostile result files: sizes and texts that readers relied on are refu
            {replaced_by("particles/conductors/radius", "1.0"), "has no rows"}})
     refusal(changed, true, [&] { Recorder::resume(path, some_scene(), few); });
   for (const std::string number : {"1e200", "numpy.nan", "numpy.inf"})
-    refusal({fmt::format("f['particles/conductors/position/value'][1] = {}", number), "position holds the number"},
+    refusal({fmt::format("f['particles/conductors/position/value'][1] = {}", number), "position of frame 1 holds the number"},
             true, [&] { Result(path).frame(1); });
   const std::string time = "particles/conductors/position/time";
   refusal({fmt::format("f['{}'][1] = numpy.nan", time), "one finite time each"}, true, [&] { Result result(path); });

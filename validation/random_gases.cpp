@@ -5,7 +5,7 @@
 //   random_gases N [M]   N, from seed M on
 //   random_gases N M sums    sums only; N M steps: motions only
 //
-// random_gas_scenes.py runs random scene files by the command line.
+// `fuzz gases` runs random scene files.
 
 #include <cstdlib>
 #include <string_view>

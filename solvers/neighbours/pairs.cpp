@@ -32,6 +32,9 @@ class Cells {
  public:
   Cells(const Spheres<d>& spheres, double width) : spheres_(spheres) {
     const int n = spheres.size();
+    double zero = 0;  // NaN if a coordinate is not finite
+    for (const double x : spheres.position) zero += 0 * x;
+    if (std::isnan(zero)) throw Failure("the neighbours of particles without finite positions are not defined");
     // At most one cell per particle, so that a single distant particle does not cost memory.
     const int most = std::max(1, static_cast<int>(std::pow(n, 1.0 / d)));
     for (int k = 0; k < d; ++k) {
@@ -48,8 +51,6 @@ class Cells {
         high = std::max(high, spheres.position[i * d + k]);
       }
       side_[k] = std::max(width * (1 + slack), (high - low_[k]) / most * (1 + 1e-12));
-      if (!(std::isfinite(high - low_[k]) && side_[k] > 0))
-        throw Failure("the neighbours of particles without finite positions are not defined");
       count_[k] = static_cast<int>((high - low_[k]) / side_[k]) + 1;
       columns_a_metre_[k] = 1 / side_[k];
     }

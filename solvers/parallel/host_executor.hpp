@@ -335,9 +335,9 @@ class HostExecutor : public Communicator<HostExecutor> {
   void* allocate_on_host(std::size_t bytes) const { return std::malloc(bytes); }
   void release_on_host(void* memory) const { std::free(memory); }
   /// Starts a copy from host to device, which is complete after wait().
-  void begin_to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
+  void begin_to_device(void* to, const void* from, std::size_t bytes) const { copy(to, from, bytes); }
   /// Starts a copy from device to host, which is complete after wait().
-  void begin_to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
+  void begin_to_host(void* to, const void* from, std::size_t bytes) const { copy(to, from, bytes); }
   /// Waits until all kernels and copies started before are complete.
   void wait() const { ++observed().waits; }
 

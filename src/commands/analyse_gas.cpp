@@ -24,7 +24,6 @@ using analysis::Histogram;
 constexpr const char* energy_unit = "m0 v0^2";
 constexpr double fastest_of_charges = 4;  // range of the charge histogram, in rms values
 constexpr int charge_by_speed_bins = 20;
-constexpr double no_quantity = 1e70;  // upper bound of valid quantities; sums of their fourth powers stay finite
 
 /// Returns the number of clusters of each size, from 0 on.
 std::vector<int> number_by_size(std::span<const int> sizes) {
@@ -335,13 +334,6 @@ Bodies GasAnalyser::bodies(int index) const {
     throw InputError(
         fmt::format("the result file {} is damaged and cannot be analysed ({} charges of {} grains, frame {})",
                     result_.path(), bodies.charge.size(), bodies.size(), index));
-  for (const std::span<const double> values :
-       {std::span(position), std::span(velocity), std::span<const double>(bodies.charge)})
-    if (!std::ranges::all_of(values, [](double value) { return std::abs(value) < no_quantity; }))
-      throw InputError(
-          fmt::format("the result file {} is damaged and cannot be analysed (in frame {} positions, velocities or "
-                      "charges are not finite or too large)",
-                      result_.path(), index));
   const std::vector<double> image = frame.reals("image");
   for (int i = 0; i < bodies.size() && image.size() == position.size(); ++i)
     for (int k = 0; k < d; ++k) bodies.image[i * d + k] = static_cast<int>(image[3 * i + k]);

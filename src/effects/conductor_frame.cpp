@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "solvers/error.hpp"
@@ -49,8 +48,7 @@ void add_circuit(Frame& columns, const ConductorFrame& frame) {
   CircuitRates rates = frame.rates.value_or(CircuitRates{});
   rates.current.resize(frame.terminals.size(), NAN);
   add_by_terminal("current", "A", rates.current);
-  if (std::ranges::count_if(frame.terminals, &TerminalReading::is_source) > 1)
-    columns.add_system("structure_resistance", "ohm", rates.structure_resistance);
+  columns.add_system("structure_resistance", "ohm", rates.structure_resistance);
   columns.add_system("supplied_power", "W", rates.supplied_power);
   columns.add_system("dissipated_power", "W", rates.dissipated_power);
   columns.add_system("entropy_production", "W K-1", rates.entropy_production);

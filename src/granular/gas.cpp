@@ -409,7 +409,8 @@ void Gas::restore(const Checkpoint& checkpoint) {
   b.image.assign(image.begin(), image.end());
   stage_ = static_cast<std::size_t>(whole("stage", 1)[0]);
   if (stage_ > scene_.stages.size())
-    throw Failure(fmt::format("the checkpoint is of stage {}, but this scene has {}", stage_, scene_.stages.size()));
+    throw Failure(
+        fmt::format("the checkpoint is of a stage that this scene, with {}, does not have", scene_.stages.size()));
   const auto& counters = whole("counters", 3);
   steps = counters[0], contact_steps = counters[1], collisions = counters[2];
   const std::vector<double>& budget = reals(checkpoint, "book", 5);
@@ -419,8 +420,9 @@ void Gas::restore(const Checkpoint& checkpoint) {
   const std::vector<std::int64_t>& pairs = integers(checkpoint, "contact_pairs");
   const std::vector<double>& touches = reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
   contacts_.clear();
+  if (pairs.size() % 3 != 0) throw Failure("the checkpoint has a contact without two grains and a mark");
   for (std::size_t k = 0; k < pairs.size(); ++k)
-    if (k % 3 < 2 && !(pairs[k] >= 0 && pairs[k] < b.size()))
+    if (k % 3 < 2 && !(pairs[k] >= 0 && pairs[k] < b.size() && pairs[k / 3 * 3] != pairs[k / 3 * 3 + 1]))
       throw Failure(
           fmt::format("the checkpoint has a contact of the grain {}, but this scene has {}", pairs[k], b.size()));
   for (std::size_t k = 0; 3 * k < pairs.size(); ++k)

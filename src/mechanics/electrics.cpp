@@ -272,12 +272,17 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
   if (discharge_) {
     const std::vector<std::int64_t>& ends = integers(checkpoint, "contacts");
     const auto bodies = model_.bodies.size(), partners = bodies + static_cast<int>(terminals_.size());
-    for (std::size_t k = 0; k + 1 < ends.size(); k += 2) {
+    if (ends.size() % 2 != 0) throw Failure("the checkpoint has a contact with one end");
+    for (std::size_t k = 0; k < ends.size(); k += 2) {
       if (!(ends[k] >= 0 && ends[k] < std::min<std::int64_t>(bodies, ends[k + 1]) && ends[k + 1] < partners))
-        throw Failure(fmt::format("the checkpoint has the contact {} - {}, which is not one of this scene's {} bodies",
-                                  ends[k], ends[k + 1], partners));
+        throw Failure(
+            fmt::format("the checkpoint has the contact {} - {}: bodies and terminals of this scene are 0 to {}, the "
+                        "smaller one first",
+                        ends[k], ends[k + 1], partners - 1));
       now_.contacts.push_back({static_cast<int>(ends[k]), static_cast<int>(ends[k + 1])});
     }
+    if (std::ranges::adjacent_find(now_.contacts, std::greater_equal{}) != now_.contacts.end())
+      throw Failure("the checkpoint has contacts that are not in ascending order");
   }
   now_.groups = effects::electrical_groups(scene_, now_.contacts);
   resistors_.restore(checkpoint);

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 #include "solvers/error.hpp"
 #include "src/record/layout.hpp"
@@ -13,7 +15,20 @@ namespace lichtenberg {
 namespace {
 
 constexpr const char* conductors = "/particles/conductors/";
-constexpr double largest_number = 1e100;  ///< in units of the file; squares and cubes are finite
+constexpr double largest_number = 1e70;  ///< in units of the file; sums of fourth powers are finite
+
+/// Columns of particles whose numbers are finite.
+constexpr std::array<std::string_view, 7> defined_columns{
+    "position", "velocity", "angular_velocity", "force", "charge", "potential", "dipole"};
+
+/// Throws hdf5::Error for a number of at least largest_number. `may_be_undefined`: infinity and NaN
+/// are allowed.
+void check_numbers(const std::string& name, int frame, const std::vector<double>& values, bool may_be_undefined) {
+  for (const double value : values)
+    if (!(std::abs(value) < largest_number) && !(may_be_undefined && !std::isfinite(value)))
+      throw hdf5::Error(fmt::format("{} of frame {} holds the number {}, and only finite ones below {:g} are allowed",
+                                    name, frame, value, largest_number));
+}
 
 /// Removes datasets of an earlier analysis that are not written again. The others are overwritten in place, so that the
 /// file does not grow.
@@ -98,16 +113,13 @@ Frame Result::frame(int index) const {
       std::vector<double> values = file_->rows<double>(conductors + name + "/value", index, 1);
       if (conductors_ == 0 || values.size() % conductors_ != 0)
         throw hdf5::Error(fmt::format("{} has not one row for each of {} conductors", name, conductors_));
-      for (const double value : values)
-        if (!(std::abs(value) < largest_number)) throw hdf5::Error(fmt::format("{} holds the number {}", name, value));
+      check_numbers(name, index, values, std::ranges::find(defined_columns, name) == defined_columns.end());
       const std::size_t numbers = values.size() / conductors_;
       frame.add_particles(name, "", std::move(values), numbers == 1 ? 0 : numbers);
     }
     for (const std::string& name : names_in("observables")) {
       std::vector<double> values = file_->rows<double>("observables/" + name + "/value", index, 1);
-      for (const double value : values)
-        if (std::isfinite(value) && !(std::abs(value) < largest_number))
-          throw hdf5::Error(fmt::format("{} holds the number {}", name, value));
+      check_numbers(name, index, values, true);
       const hdf5::Handle element = hdf5::open_group(file_->file(), "observables/" + name);
       std::vector<std::string> labels = hdf5::text_attribute(element, "terminals");
       const std::size_t width = labels.empty() && values.size() == 1 ? 0 : values.size();

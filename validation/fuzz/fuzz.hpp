@@ -62,7 +62,7 @@ void write_files(const Input& input);
 
 struct Request {
   std::uint64_t seed = 1, first = 0, cases = 1000;
-  std::string keep;  ///< folder for the inputs that break a rule; empty: none
+  std::string keep;  ///< folder for the inputs that break a rule, or that `draw` writes; empty: none
 };
 /// Tries the cases in child processes, prints the broken rules and a summary. Returns the number of broken rules.
 std::uint64_t supervise(const Target& target, const Request& request);

@@ -2,7 +2,7 @@
 //
 // fuzz draw --keep FOLDER only writes damaged results, each to a folder of its number, for readers.py.
 // Exit status 1 if a case breaks a rule: no signal, no sanitizer report, no hang; only the program's own errors, each
-// with a message of one line; no silent NaN. A case is the same for its number and seed.
+// with a message; no silent NaN. A case is the same for its number and seed.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -34,6 +34,7 @@ Request request_of(int argc, char** argv) {
 
 /// Writes inputs without trying them. Returns 0.
 std::uint64_t draw(const Target& target, const Request& request) {
+  if (request.keep.empty()) throw std::invalid_argument("draw needs --keep FOLDER, where it writes the inputs");
   const fs::path folder = fs::current_path();
   for (std::uint64_t number = request.first; number < request.first + request.cases; ++number) {
     Dice dice(request.seed, number);

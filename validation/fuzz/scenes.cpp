@@ -52,13 +52,15 @@ bool is_small(const Scene& scene, std::size_t most = most_bodies) {
 }
 
 /// Throws Fault for a NaN among the numbers of a frame, or a number that is not finite among those of its particles. A
-/// recorded run refuses some columns with such numbers, and the excess over jamming is not known before it.
+/// recorded run refuses some columns with such numbers, and the excess over jamming is not known before it. The
+/// resistance of a structure needs two sources.
 void check_numbers(const Frame& frame) {
   for (const Column& column : frame.columns) {
     const auto* values = std::get_if<std::vector<double>>(&column.values);
     if (!values) continue;
     const bool exempt = column.name == "position" || column.name == "velocity" || column.name == "charge" ||
-                        column.name == "force" || column.name == "excess_fraction";
+                        column.name == "force" || column.name == "excess_fraction" ||
+                        column.name == "structure_resistance";
     for (const double value : *values)
       if (!exempt && (std::isnan(value) || (column.of == Column::Of::particles && !std::isfinite(value))))
         throw Fault{fmt::format("silent {} in the column {} at {:g}", value, column.name, frame.time)};

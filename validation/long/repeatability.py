@@ -113,6 +113,8 @@ def main():
     parser.add_argument("--price", type=Path, metavar="OTHER", help="measure user times of both programs only, as build/lichtenberg")
     request = parser.parse_args()
     if request.price:
+        if request.other or request.emulator:
+            parser.error("--price compares two given programs: leave out --other and --emulator")
         return print_prices(request.scene or PRICED, request.program.resolve(), request.price.resolve())
     if request.emulator and not shutil.which(request.emulator[0]):
         sys.exit(f"repeatability: {request.emulator[0]} is missing: apt-get install qemu-user")

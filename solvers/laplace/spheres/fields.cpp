@@ -38,12 +38,19 @@ namespace {
 constexpr int least_site_degree = 2;
 
 /// Share of the accuracy for the truncation of harmonics, in the requirements of gaps between conductors. The residual
-/// of the iteration may use the rest (solver.cpp).
+/// of the iteration may use a part of the rest (solver.cpp).
 constexpr double truncation_share = 0.5;
+/// Empirical: with degree 2, errors of forces may exceed a coarser request.
+constexpr double coarsest_truncation = 0.05;
 
-/// Returns the size of the last harmonics. Forces omit the product of the last harmonics and those beyond. Degree 2 has
-/// errors of forces of 0.1, so that coarser requests need degree 3.
-double truncation_for(double accuracy) { return truncation_share * std::min(accuracy, 0.05); }
+/// Returns the size of the last harmonics. Forces omit the product of the last harmonics and those beyond.
+double truncation_for(double accuracy) { return truncation_share * std::min(accuracy, coarsest_truncation); }
+
+/// Returns the accuracy for which last harmonics of this size suffice; 1: none.
+double accuracy_for(double last) {
+  const double accuracy = last / truncation_share;
+  return accuracy <= coarsest_truncation ? accuracy : 1;
+}
 
 /// Degree that a gap requires, and the accuracy for which the largest degree suffices.
 struct DegreeRequirement {
@@ -54,14 +61,14 @@ struct DegreeRequirement {
 DegreeRequirement at_gap(double radius, double other, double gap, double accuracy) {
   if (gap <= 0) return {INFINITY, 1};
   const double alpha = bispherical_coordinate(radius, other, gap);
-  return {-std::log(truncation_for(accuracy)) / alpha, std::exp(-largest_degree * alpha) / truncation_share};
+  return {-std::log(truncation_for(accuracy)) / alpha, accuracy_for(std::exp(-largest_degree * alpha))};
 }
 
 /// Returns the requirement of a gap at equal potential: however small the gap, harmonics decrease like exp(-sqrt(2 beta
 /// l)), beta = 2 pi / (1 + R / R') (docs/numerics/multipole-plane.md).
 DegreeRequirement at_contact(double radius, double other, double accuracy) {
   const double digits = std::log(truncation_for(accuracy)), share = (1 + radius / other) / (4 * std::numbers::pi);
-  return {digits * digits * share, std::exp(-std::sqrt(largest_degree / share)) / truncation_share};
+  return {digits * digits * share, accuracy_for(std::exp(-std::sqrt(largest_degree / share)))};
 }
 
 /// Returns a bound of cosh_less_one. A gap beyond it neither needs a degree above `degree` on a sphere of this radius,

@@ -103,7 +103,7 @@ KrylovResult iterate(const System& system, double accuracy, ForceControl& forces
       found = solve_krylov(system, goal, x);
       system.enforce_charges(x.data());
     } catch (const Failure&) {  // rounding excludes the smaller tolerance, as with large couplings
-      forces.least_share = reached / tolerance;
+      forces.least_share = found ? reached / tolerance : std::min(10 * goal / tolerance, 1.0);
       if (found) return *std::move(found);
       if (goal == tolerance) throw;
       goal = tolerance;

@@ -25,7 +25,7 @@ def find():
 
 
 @contextlib.contextmanager
-def later_interrupt():
+def delayed_interrupt():
     """Delays Ctrl-C to the end of the block: a module whose initialization was interrupted cannot be loaded again."""
     handler, noted = signal.getsignal(signal.SIGINT), []
     if threading.current_thread() is not threading.main_thread() or not callable(handler):
@@ -49,7 +49,7 @@ def load():
         if found is None:
             raise Failure("the module lichtenberg._core was not found for this Python: build it with "
                           "`ninja -C build python_module` (Debian packages pybind11-dev and python3-dev)")
-        with later_interrupt():
+        with delayed_interrupt():
             try:
                 module = importlib.util.module_from_spec(found)
                 found.loader.exec_module(module)

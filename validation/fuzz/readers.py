@@ -5,7 +5,7 @@
 
 `fuzz draw` next to the program makes the results; a seed determines them and their readers. A reader may read a result
 or refuse it (exit status 1 or 2 and an error message). It fails if it ends by a signal, takes more than a minute, prints
-a traceback, or prints nan with status 0. Exits with 1 if a reader fails.
+a traceback, or prints nan without a warning. Exits with 1 if a reader fails.
 """
 import argparse
 import json
@@ -34,6 +34,7 @@ except lichtenberg.InputError as error:
     sys.exit(f"lichtenberg: {error}")
 """
 READERS = {
+    "analyse": ["analyse", "run.h5"],
     "plot": ["plot", "run.h5", "--out", "out.png"],
     "series": ["plot", "--series", "run.h5", "--out", "out.png"],
     "view": ["view", "run.h5", "--out", "out.html"],
@@ -43,7 +44,7 @@ READERS = {
 }
 
 
-def trouble(words, folder):
+def failure_of(words, folder):
     """Returns the failure of a reader, or None."""
     process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=folder,
                                text=True, errors="replace", start_new_session=True)  # fmt: skip
@@ -57,10 +58,10 @@ def trouble(words, folder):
         return f"status {process.returncode}: {err[-300:]}"
     if "Traceback" in err or "terminate called" in err:
         return err[-600:]
-    if process.returncode == 0 and re.search(r"(?<![\w.])-?nan\b", out, re.IGNORECASE):
+    if process.returncode == 0 and not err.strip() and re.search(r"(?<![\w.])-?nan\b", out, re.IGNORECASE):
         return f"nan: {re.search(r'.*nan.*', out, re.IGNORECASE)[0]}"
     if process.returncode > 0 and not err.strip():
-        return "no sentence"
+        return "no error message"
     return None
 
 
@@ -80,7 +81,7 @@ def main():
     def attempt(number):
         reader = random.Random(f"{request.seed} {number}").choice([*READERS, "load", "load"])
         words = ["/usr/bin/python3", "-c", LOAD, HOME / "python", "run.h5"] if reader == "load" else [program, *READERS[reader]]
-        wrong = trouble(words, folder / str(number))
+        wrong = failure_of(words, folder / str(number))
         if wrong and request.keep:
             shutil.copytree(folder / str(number), request.keep / str(number), dirs_exist_ok=True)
         shutil.rmtree(folder / str(number))
@@ -90,9 +91,9 @@ def main():
         folder = Path(name)
         subprocess.run([program.with_name("fuzz"), "draw", "--seed", str(request.seed), "--first", str(request.first), "--cases",
                         str(request.cases), "--keep", folder], check=True)  # fmt: skip
-        for sentence in filter(None, pool.map(attempt, range(request.first, request.first + request.cases))):
+        for failure in filter(None, pool.map(attempt, range(request.first, request.first + request.cases))):
             failures += 1
-            print(sentence, flush=True)
+            print(failure, flush=True)
     print(f"{request.cases} damaged results from {request.first} of seed {request.seed} on: {failures} failures")
     if figures := os.environ.get("LICHTENBERG_FIGURES"):
         rate = request.cases / (time.monotonic() - start)

@@ -208,9 +208,10 @@ class Near<Real>::Neighbourhood {
     }
   }
 
-  /// Pads the last block with sources beyond the cut-off.
+  /// Pads the last block with sources beyond the cut-off; their index does not matter.
   void pad() {
     for (int k = 0; k < rows; ++k) lanes<n>(&near_by_[k][count_]) = Many{} + (k < 3 ? far : Real{});
+    lanes<n>(&number_[count_]) = Differences{} + static_cast<Difference<Real>>(cluster_.first);
   }
 
   const Near& near_;

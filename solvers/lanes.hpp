@@ -78,7 +78,8 @@ template <bool upper, class Vector>
 
 template <int n, class Real>
 struct PackOf;
-/// SIMD vector of n numbers: one vector, or two halves if it exceeds a register. GCC keeps such vectors in memory.
+/// SIMD vector of n numbers: one vector, or two halves if it exceeds a register. GCC keeps a vector wider than a
+/// register in memory.
 template <int n, class Real>
 using Pack = typename PackOf<n, Real>::type;
 

@@ -421,10 +421,10 @@ void Gas::restore(const Checkpoint& checkpoint) {
   const std::vector<double>& touches = reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
   contacts_.clear();
   if (pairs.size() % 3 != 0) throw Failure("the checkpoint has a contact without two grains and a mark");
-  for (std::size_t k = 0; k < pairs.size(); ++k)
-    if (k % 3 < 2 && !(pairs[k] >= 0 && pairs[k] < b.size() && pairs[k / 3 * 3] != pairs[k / 3 * 3 + 1]))
-      throw Failure(
-          fmt::format("the checkpoint has a contact of the grain {}, but this scene has {}", pairs[k], b.size()));
+  for (std::size_t k = 0; k < pairs.size(); k += 3)
+    if (const auto [low, high] = std::minmax(pairs[k], pairs[k + 1]); low < 0 || low == high || high >= b.size())
+      throw Failure(fmt::format("the checkpoint has a contact of the grains {} and {}: two of 0 to {} are needed", low,
+                                high, b.size() - 1));
   for (std::size_t k = 0; 3 * k < pairs.size(); ++k)
     contacts_.push_back({{static_cast<int>(pairs[3 * k]), static_cast<int>(pairs[3 * k + 1])},
                          touches[2 * k],

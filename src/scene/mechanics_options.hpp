@@ -135,7 +135,8 @@ inline constexpr IntegratorKind gear_printed = {
 inline constexpr std::array all = {&cvode, &euler, &multirate, &verlet, &gear, &gear_printed};
 
 /// Returns true if `makers` (pairs of a kind and the function that makes it) has each built-in kind with the flag
-/// `moves`: each that moves conductors, or grains.
+/// `moves`: each that moves conductors, or grains. It compares names, because compilers do not take addresses as
+/// constants in builds with sanitizers.
 constexpr bool have_all(const auto& makers, bool IntegratorKind::*moves) {
   return std::ranges::all_of(all, [&](const IntegratorKind* kind) {
     return !(kind->*moves) ||

@@ -1,11 +1,12 @@
 #!/usr/bin/python3
-"""Reads damaged results by the commands in Python and by the package (other readers: `fuzz results`).
+"""Reads damaged results by the commands in Python and by the package.
 
     validation/fuzz/readers.py [--program build/lichtenberg] [--cases 500] [--seed 1] [--first 0] [--jobs 1] [--keep FOLDER]
 
-`fuzz draw` next to the program makes the results; a seed determines them and their readers. A reader may read a result
-or refuse it (exit status 1 or 2 and an error message). It fails if it ends by a signal, takes more than a minute, prints
-a traceback, or prints nan without a warning. Exits with 1 if a reader fails.
+`fuzz results` tries the readers of the library in process. `fuzz draw` next to the program makes the results; a seed
+determines them and their readers. A reader may read a result or refuse it (exit status 1 or 2 and an error message). It
+fails if it ends by a signal, takes more than a minute, prints a traceback, or prints nan without a warning. Exits with 1
+if a reader fails.
 """
 import argparse
 import json

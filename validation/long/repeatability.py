@@ -115,6 +115,8 @@ def main():
     if request.price:
         if request.other or request.emulator:
             parser.error("--price compares two given programs: leave out --other and --emulator")
+        for scene in set(request.scene or []) - set(PRICED):
+            parser.error(f"--scene {scene} has no price; allowed are {', '.join(PRICED)}")
         return print_prices(request.scene or PRICED, request.program.resolve(), request.price.resolve())
     if request.emulator and not shutil.which(request.emulator[0]):
         sys.exit(f"repeatability: {request.emulator[0]} is missing: apt-get install qemu-user")

@@ -61,24 +61,33 @@ Cvode make_cvode(const Scene& scene, Model& model) {
 
 namespace {
 
-/// Returns the heat (J) of Effect::dissipated_power in a step of length dt (s) to the present state, by Simpson's rule.
-/// The state in the middle is on the cubic through positions (m) and momenta (kg m/s) at both ends.
+/// Returns the heat (J) of Effect::dissipated_power in a step of length dt (s) to the present state, by Simpson's rule
+/// on eight parts. States within the step are on the cubic through positions (m) and momenta (kg m/s) at both ends.
+/// The elastic energy that remains at the end of a damped force is lost while the overlap falls to 0. Steps are then up
+/// to ten times as long as the one before. The step that crosses the end of the overlap has an error of at most 2 % of
+/// that energy (56 % with one part).
 double heat_of_losses(Model& model, double dt, const std::vector<double>& position,
                       const std::vector<double>& momentum) {
   Bodies& bodies = model.bodies;
   const std::vector<double> last_position = bodies.position, last_momentum = bodies.momentum;
   const double after = model.dissipated_power(0);
-  for (std::size_t c = 0; c < position.size(); ++c) {
-    const double mass = bodies.mass[c / bodies.dimension];
-    const double v0 = momentum[c] / mass, v1 = last_momentum[c] / mass;
-    bodies.position[c] = 0.5 * (position[c] + last_position[c]) + dt / 8 * (v0 - v1);
-    bodies.momentum[c] = mass * (1.5 * (last_position[c] - position[c]) / dt - 0.25 * (v0 + v1));
-  }
-  const double middle = model.dissipated_power(0);
-  bodies.position = position, bodies.momentum = momentum;
-  const double before = model.dissipated_power(0);
+  const auto power_at = [&](double s) {
+    for (std::size_t c = 0; c < position.size(); ++c) {
+      const double mass = bodies.mass[c / bodies.dimension], mean = (last_position[c] - position[c]) / dt;
+      const double v0 = momentum[c] / mass, v1 = last_momentum[c] / mass;
+      const double square = 3 * mean - 2 * v0 - v1, cube = v0 + v1 - 2 * mean;
+      bodies.position[c] = position[c] + s * dt * (v0 + s * (square + s * cube));
+      bodies.momentum[c] = mass * (v0 + s * (2 * square + s * 3 * cube));
+    }
+    return model.dissipated_power(0);
+  };
+  const double before = power_at(0);
+  double sum = before + after;
+  constexpr int parts = 8;
+  if (sum > 0)
+    for (int k = 1; k < 2 * parts; ++k) sum += (k % 2 == 0 ? 2 : 4) * power_at(k / (2.0 * parts));
   bodies.position = last_position, bodies.momentum = last_momentum;
-  return dt / 6 * (before + 4 * middle + after);
+  return dt / (6 * parts) * sum;
 }
 
 }  // namespace

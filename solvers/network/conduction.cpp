@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "solvers/network/components.hpp"
@@ -94,10 +96,13 @@ std::vector<double> eliminate(const Network& network, const Elimination& elimina
   return link_currents(network, result.potential, {.low = 0, .high = 1, .current = result.current});
 }
 
-std::vector<double> iterate(const Network& network, const ConductionOptions& options, Conduction& result) {
+/// Returns the link currents; empty if the multigrid does not converge.
+std::optional<std::vector<double>> iterate(const Network& network, const ConductionOptions& options,
+                                           Conduction& result) {
   MultigridSolution solution = solve_by_multigrid(network, 0, 1, options.voltage, options.tolerance);
-  result.method = Method::multigrid;
   result.iterations = solution.iterations;
+  if (!solution.converged) return {};
+  result.method = Method::multigrid;
   result.potential = std::move(solution.potential);
   std::vector<double> current;
   double power = 0;
@@ -114,9 +119,12 @@ std::vector<double> iterate(const Network& network, const ConductionOptions& opt
 
 /// Solves a network in which all links can carry a current, between node 0 and node 1; returns the link currents.
 std::vector<double> solve(const Network& network, const ConductionOptions& options, Conduction& result) {
-  const Elimination elimination(network, {0, 1}, elimination_options(network, options));
-  return elimination.done() ? eliminate(network, elimination, options.voltage, result)
-                            : iterate(network, options, result);
+  Elimination::Options elimination = elimination_options(network, options);
+  const Elimination within_limits(network, {0, 1}, elimination);
+  if (within_limits.done()) return eliminate(network, within_limits, options.voltage, result);
+  if (auto current = iterate(network, options, result)) return *std::move(current);
+  elimination.required = true;
+  return eliminate(network, Elimination(network, {0, 1}, elimination), options.voltage, result);
 }
 
 }  // namespace

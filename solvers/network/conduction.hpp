@@ -12,7 +12,7 @@ namespace lichtenberg::network {
 enum class Method {
   automatic,    ///< Elimination, unless multigrid is likely to be faster or needed for lack of memory
   elimination,  ///< Star-mesh elimination (elimination.hpp)
-  multigrid,    ///< Conjugate gradients with algebraic multigrid (multigrid.hpp)
+  multigrid,    ///< Conjugate gradients with algebraic multigrid (multigrid.hpp); elimination if they do not converge
 };
 
 /// Options of conduct().
@@ -38,7 +38,7 @@ struct Conduction {
   Method method = Method::elimination;  ///< Method used
   int unknowns = 0;                     ///< Nodes of the backbone without the electrodes
   std::int64_t entries = 0;             ///< Numbers in the factor of the elimination
-  int iterations = 0;                   ///< Iterations of the multigrid
+  int iterations = 0;  ///< Iterations of the multigrid, also if it did not converge and `method` is elimination
 };
 
 /// Solves Kirchhoff's laws of a resistor network: computes potentials, link currents and resistance between node `low`

@@ -108,20 +108,47 @@ void check_collision(Contract& contract, CaseRandom& random) {
   contract.add(energy, accuracy, std::abs(found * found - exact * exact));
 }
 
-/// Tests the energy of a charged gas that cools for about three collisions of each grain.
+/// Returns the strongest attraction P of two grains in contact, strength * |q_i q_j| of opposite charges.
+double strongest_attraction(const Scene& scene) {
+  const auto [least, most] = std::ranges::minmax(scene.conductors, {}, &Conductor::charge);
+  return -scene.effects.find<effects::CoulombOptions>()->strength * least.charge * most.charge;
+}
+
+/// Stiffens contacts so that no two grains pass through each other, which the program refuses. Grains attracted from
+/// rest far away have the kinetic energy P / (1 - xi) at an overlap xi. Contacts of stiffness E store 2/5 E xi^(5/2).
+/// They stop the grains if E max(2/5 (1 - xi) xi^(5/2)) > P; the maximum is 0.0493, at xi = 5/7. With E = 278.6 grains
+/// of 16 in 500 gases passed through each other, also with finer steps and forces; P was up to 69.
+void stiffen(Scene& scene) {
+  double& elastic = scene.effects.find<effects::ViscoelasticContactOptions>()->elastic;
+  elastic = std::max(elastic, strongest_attraction(scene) / 0.0493);
+}
+
+/// Tests the energy of a charged gas that cools for about three collisions of each grain. The sum of forces, and outer
+/// steps h in a gas of Maxwellian velocities, have errors of `accuracy` of the forces. Grains that fall on each other
+/// are faster. The steps omit h^2/12 of the second derivative of their force. Its work in a fall from rest far away is
+/// 7/12 h^2 P^2 for grains of mass and diameter 1, that is 7/12 h^2 P of the potential energy.
 void check_energy(Contract& contract, CaseRandom& random) {
   static const Guarantee balance{"coulomb.accuracy: energy of a cooling gas", "energy balance"};
   const double accuracy = random.pick({1e-2, 1e-3, 1e-4});
   Scene scene = charged_gas(random, accuracy);
+  stiffen(scene);
   Run run(scene);
   const granular::GasEnergy start = run.gas.energy();
   const double count = run.gas.bodies().size(), temperature = 2 * start.kinetic / (3 * count);
   const double volume = std::pow(scene.domain.size.x, 3);
-  run.to(std::min(3 / theory::collision_frequency(count / volume, temperature), 10.0));
-  const granular::GasEnergy end = run.gas.energy();
+  const double stop = std::min(3 / theory::collision_frequency(count / volume, temperature), 10.0);
+  granular::GasEnergy end = start;
+  double work_in_falls = 0;
+  while (run.gas.time() < stop) {
+    const double time = run.gas.time(), potential = end.potential;
+    run.step(stop);
+    end = run.gas.energy();
+    const double step = run.gas.time() - time;
+    work_in_falls += 7.0 / 12 * step * step * strongest_attraction(scene) * std::abs(end.potential - potential);
+  }
   // The energy that contacts and forces have exchanged: dissipated, and changes of the potential energy.
   const double exchanged = start.kinetic + end.dissipated + std::abs(end.potential - start.potential);
-  contract.add(balance, accuracy, std::abs(end.total() - start.total()) / exchanged);
+  contract.add(balance, accuracy + work_in_falls / exchanged, std::abs(end.total() - start.total()) / exchanged);
 }
 
 // Theories.

@@ -11,6 +11,8 @@
 #include "src/record/recorder.hpp"
 #include "tests/folder.hpp"
 
+namespace extend_column {
+
 using namespace lichtenberg;
 
 namespace {
@@ -104,3 +106,5 @@ TEST_CASE("user-defined column: in every frame and in the result file with its u
   const hdf5::Handle values(H5Dopen2(file, "particles/conductors/example_gap/value", H5P_DEFAULT));
   CHECK(hdf5::text(values, "unit") == "m");
 }
+
+}  // namespace extend_column

@@ -12,6 +12,8 @@
 #include "tests/scene_texts.hpp"
 #include "tests/source_folder.hpp"
 
+namespace extend_command {
+
 using namespace lichtenberg;
 
 namespace {
@@ -59,3 +61,5 @@ TEST_CASE("user-defined command: an error of its HDF5 calls gives status 2") {
       }};
   CHECK(run_command_line({"rows", (folder / "no.h5").string()}, {command}) == 2);
 }
+
+}  // namespace extend_command

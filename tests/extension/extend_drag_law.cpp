@@ -10,6 +10,8 @@
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 
+namespace extend_drag_law {
+
 using namespace lichtenberg;
 using steel_spheres::mass;
 
@@ -119,3 +121,5 @@ TEST_CASE("quadratic drag not declared as drag: equal motion but energy warning"
   CHECK(steel_spheres::largest_distance(plain.frame, run(scene).frame) < 1e-3 * steel_spheres::radius);
   CHECK(plain.warns);
 }
+
+}  // namespace extend_drag_law

@@ -10,6 +10,8 @@
 #include "src/model/drive_part.hpp"
 #include "tests/grains.hpp"
 
+namespace extend_drive {
+
 using namespace lichtenberg;
 
 namespace {
@@ -85,3 +87,5 @@ TEST_CASE("user-defined drive: CUDA refuses a law without kernels by name") {
   CHECK_THROWS_WITH_AS(granular::device::check_scene(lone_grain()),
                        doctest::Contains("a law without kernels in effects.square"), InputError);
 }
+
+}  // namespace extend_drive

@@ -16,6 +16,8 @@
 #include "src/record/result.hpp"
 #include "tests/folder.hpp"
 
+namespace extend_field_solver {
+
 using namespace lichtenberg;
 
 namespace {
@@ -104,3 +106,5 @@ TEST_CASE("user-defined field method: keys that it does not support are refused"
   CHECK(contains(refusal(scene_text(field + "field.accuracy = 1e-3\n")), "its error is not estimated"));
   CHECK(contains(refusal(scene_text(field + "field.tolerance = 1e-16\n")), "it must be at least 1e-15"));
 }
+
+}  // namespace extend_field_solver

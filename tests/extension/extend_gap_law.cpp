@@ -11,6 +11,8 @@
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 
+namespace extend_gap_law {
+
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
 using effects::Contact, effects::ContactState, effects::SharingLaw;
@@ -105,3 +107,5 @@ TEST_CASE("user-defined gap conductance: needs a finite positive gap_scale") {
   CHECK_THROWS_WITH_AS(after(flight, INFINITY), doctest::Contains("must state its gap_scale"), InputError);
   CHECK_THROWS_WITH_AS(after(flight, 0), doctest::Contains("a gap_scale of 0 m: it must be > 0"), InputError);
 }
+
+}  // namespace extend_gap_law

@@ -13,6 +13,8 @@
 #include "tests/grains.hpp"
 #include "tests/message.hpp"
 
+namespace extend_grain_effect {
+
 using namespace lichtenberg;
 
 namespace {
@@ -121,3 +123,5 @@ TEST_CASE("user-defined grain effect: strictest step limit holds, attractions ad
   granular::Gas gas(scene);
   CHECK(gas.seconds_of_forces(*std::as_const(gas).model().effects.back()) > 0);
 }
+
+}  // namespace extend_grain_effect

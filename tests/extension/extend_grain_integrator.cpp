@@ -14,6 +14,8 @@
 #include "src/granular/integrator.hpp"
 #include "tests/grains.hpp"
 
+namespace extend_grain_integrator {
+
 using namespace lichtenberg;
 
 namespace {
@@ -94,3 +96,5 @@ TEST_CASE("user-defined grain integrator (leapfrog): error is of second order") 
   CHECK(coarse / middle == doctest::Approx(4).epsilon(0.1));
   CHECK(middle / fine == doctest::Approx(4).epsilon(0.1));
 }
+
+}  // namespace extend_grain_integrator

@@ -13,6 +13,8 @@
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 
+namespace extend_integrator {
+
 using namespace lichtenberg;
 using steel_spheres::radius;
 
@@ -157,3 +159,5 @@ TEST_CASE("user-defined conductor integrator: faulty steps end the run") {
                        doctest::Contains("integrator = \"careless\" moved conductor 0 by"), Failure);
   CHECK_THROWS_WITH_AS(advance(0, 0.5), doctest::Contains("call StepperContext::commit once after each step"), Failure);
 }
+
+}  // namespace extend_integrator

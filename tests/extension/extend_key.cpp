@@ -9,6 +9,8 @@
 #include "tests/folder.hpp"
 #include "tests/message.hpp"
 
+namespace extend_key {
+
 using namespace lichtenberg;
 
 namespace {
@@ -83,3 +85,5 @@ TEST_CASE("user-defined key: its default follows from masses and can be replaced
   CHECK(contains(message_of([] { swinging("stiffness = -2.0"); }), "effects.spring.stiffness = -2 is not allowed"));
   CHECK(contains(scene_help(kinds()), "default: 100 swings a second"));
 }
+
+}  // namespace extend_key

@@ -12,6 +12,8 @@
 #include "solvers/laplace/cutcell/surface_links.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 
+namespace extend_link {
+
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
@@ -101,3 +103,5 @@ TEST_CASE("user-defined link model: multipole method and coarse grids refuse it"
   CutCellSolver coarse({.cells = 8});
   CHECK(refusal(coarse, in_ring()).find("\"coat\" needs a radius of two cells") != std::string::npos);
 }
+
+}  // namespace extend_link

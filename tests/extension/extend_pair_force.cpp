@@ -7,6 +7,8 @@
 #include "src/effects/effects.hpp"
 #include "tests/extension/yukawa.hpp"
 
+namespace extend_pair_force {
+
 using namespace lichtenberg;
 
 namespace {
@@ -66,3 +68,5 @@ TEST_CASE("user-defined pair force: force and Jacobian equal central differences
     CHECK(derivative == doctest::Approx((above[k] - below[k]) / (2 * h)).epsilon(1e-6).scale(1));
   }
 }
+
+}  // namespace extend_pair_force

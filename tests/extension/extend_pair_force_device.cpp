@@ -8,6 +8,8 @@
 #include "src/granular/device/device.hpp"
 #include "tests/extension/yukawa.hpp"
 
+namespace extend_pair_force_device {
+
 using namespace lichtenberg;
 
 TEST_CASE("user-defined pair force: device steps equal the CPU's to rounding") {
@@ -64,3 +66,5 @@ TEST_CASE("user-defined pair force: CUDA equals the device algorithms on the CPU
   CHECK(device->potential_energy() == doctest::Approx(host->potential_energy()).epsilon(1e-8));
 }
 #endif
+
+}  // namespace extend_pair_force_device

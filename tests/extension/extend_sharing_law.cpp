@@ -12,6 +12,8 @@
 #include "tests/line_charges.hpp"
 #include "tests/spheres.hpp"
 
+namespace extend_sharing_law {
+
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
 using effects::Contact, effects::SharingLaw;
@@ -118,3 +120,5 @@ TEST_CASE("rectifier: refuses contact_resistance, no contacts, infinite conducta
   scene.effects.remove<effects::ContactDischargeOptions>();
   CHECK_THROWS_WITH_AS(after(scene, rc), doctest::Contains("effects.rectifier needs the table"), InputError);
 }
+
+}  // namespace extend_sharing_law

@@ -13,6 +13,8 @@
 #include "src/commands/theory_kind.hpp"
 #include "tests/folder.hpp"
 
+namespace extend_theory {
+
 using namespace lichtenberg;
 
 namespace {
@@ -84,3 +86,5 @@ TEST_CASE("user-defined theory: faulty tables, names and options are refused") {
   CHECK_THROWS_AS(theory_command({unknown}), Failure);
   CHECK_THROWS_AS(theory_command({kind, kind}), Failure);
 }
+
+}  // namespace extend_theory

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "tests/near.hpp"
 #include "tests/program.hpp"
 
 /// Common definitions of tests of the command line, in their own namespace because test files are compiled together.
@@ -15,9 +16,6 @@ inline Ended run(const std::string& arguments) { return run(Folder(), arguments)
 inline bool is_one_line(const std::string& text) {
   return text.starts_with("lichtenberg: ") && text.find('\n') == text.size() - 1;
 }
-
-/// Approximate value with a relative error. The default scale of doctest, 1, would make all charges equal.
-inline doctest::Approx near(double value, double error) { return doctest::Approx(value).epsilon(error).scale(0); }
 
 inline void check_refused(const Ended& result, const std::string& part) {
   INFO(result.err);

@@ -9,15 +9,11 @@
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/scene/scene.hpp"
+#include "tests/near.hpp"
 
 // Common definitions of tests of the effects.
 
 namespace lichtenberg::conductors {
-
-/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
-inline doctest::Approx near(double value, double tolerance = 1e-9) {
-  return doctest::Approx(value).epsilon(tolerance).scale(0);
-}
 
 inline constexpr double radius = 1e-3;
 

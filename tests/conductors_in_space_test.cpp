@@ -17,6 +17,7 @@
 #include "src/mechanics/simulation.hpp"
 #include "tests/folder.hpp"
 #include "tests/message.hpp"
+#include "tests/near.hpp"
 #include "tests/restored.hpp"
 #include "tests/scene_texts.hpp"
 #include "tests/spheres.hpp"
@@ -31,8 +32,6 @@ using steel_spheres::mass;
 using steel_spheres::radius;
 
 namespace {
-
-doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
 
 /// Scene of seven charged spheres around a grounded ball.
 Scene random_spheres_in_space() {

@@ -7,6 +7,7 @@
 
 #include "src/effects/effects.hpp"
 #include "src/effects/stokes_drag.hpp"
+#include "tests/near.hpp"
 #include "tests/scene_texts.hpp"
 #include "tests/spheres.hpp"
 
@@ -22,8 +23,6 @@ using steel_spheres::drag;
 using steel_spheres::radius;
 
 namespace {
-
-doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
 
 /// Brenner's sum with hyperbolic functions as powers of exp(alpha), and twice the terms that rounding needs.
 double brenner(double gap) {

@@ -10,6 +10,7 @@
 #include "src/effects/stokes_drag.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/line_charges.hpp"
+#include "tests/near.hpp"
 #include "tests/restored.hpp"
 #include "tests/spheres.hpp"
 
@@ -17,15 +18,6 @@ namespace events_test {
 
 using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
-
-namespace {
-
-/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
-doctest::Approx near(double value, double tolerance = 1e-9) {
-  return doctest::Approx(value).epsilon(tolerance).scale(0);
-}
-
-}  // namespace
 
 // ---- contacts and charges
 

@@ -10,6 +10,7 @@
 #include "src/mechanics/free_flight.hpp"
 #include "src/mechanics/stepper.hpp"
 #include "tests/line_charges.hpp"
+#include "tests/near.hpp"
 #include "tests/spheres.hpp"
 
 namespace free_flight_test {
@@ -19,8 +20,6 @@ using namespace lichtenberg::steel_spheres;
 using mechanics::FreeFall;
 
 namespace {
-
-doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
 
 /// Two fast conductors in oil with a constant force that reverses them, and the data for CVODE.
 struct FlyingPair {

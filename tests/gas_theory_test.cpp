@@ -9,12 +9,12 @@
 #include "src/theory/haff.hpp"
 #include "src/theory/restitution.hpp"
 #include "tests/gas_text.hpp"
+#include "tests/near.hpp"
 #include "tests/program.hpp"
 
 namespace gas_theory_test {
 
 using namespace lichtenberg;
-using doctest::Approx;
 using nlohmann::json;
 
 namespace {
@@ -34,8 +34,6 @@ void copy_result(const Folder& folder) {
   }
   for (const char* name : {"gas.toml", "gas.h5"}) std::filesystem::copy_file(made / name, folder / name);
 }
-
-Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(0); }
 
 json read_json(const Folder& folder, const std::string& name) { return json::parse(text_of(folder / name)); }
 

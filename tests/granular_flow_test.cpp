@@ -12,6 +12,7 @@
 #include "solvers/granular_flow/flow.hpp"
 #include "solvers/granular_flow/potential.hpp"
 #include "src/theory/stability.hpp"
+#include "tests/near.hpp"
 
 namespace granular_flow_test {
 
@@ -22,8 +23,6 @@ using std::numbers::pi;
 using Complex = std::complex<double>;
 
 namespace {
-
-Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(0); }
 
 Gas gas_of(double restitution, double charge_number) {
   const auto c = theory::transport_coefficients(restitution);

@@ -13,6 +13,7 @@
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/line_charges.hpp"
+#include "tests/near.hpp"
 #include "tests/scene_texts.hpp"
 #include "tests/spheres.hpp"
 
@@ -23,8 +24,6 @@ using namespace lichtenberg::steel_spheres;
 using effects::ContactLosses;
 
 namespace {
-
-doctest::Approx near(double value, double relative) { return doctest::Approx(value).epsilon(relative).scale(0); }
 
 constexpr double young = 1e8, g = 9.81;
 

@@ -10,6 +10,7 @@
 #include "src/effects/effects.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
+#include "tests/near.hpp"
 #include "tests/spheres.hpp"
 
 namespace mechanics_gravity_test {
@@ -18,12 +19,6 @@ using namespace lichtenberg;
 using steel_spheres::cube_of;
 using steel_spheres::mass;
 using steel_spheres::radius;
-
-namespace {
-
-doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
-
-}  // namespace
 
 TEST_CASE("fix_z: the field moves bodies only in x and y; vertical force is zero") {
   Scene scene = cube_of({{0.028, 0.03, 0.02}, {0.032, 0.03, 0.021}}, 1e-3);

@@ -19,6 +19,7 @@
 #include "src/mechanics/stepper.hpp"
 #include "tests/line_charges.hpp"
 #include "tests/message.hpp"
+#include "tests/near.hpp"
 #include "tests/spheres.hpp"
 
 namespace mechanics_test {
@@ -26,15 +27,6 @@ namespace mechanics_test {
 using namespace lichtenberg;
 using namespace lichtenberg::mechanics;
 using namespace lichtenberg::steel_spheres;
-
-namespace {
-
-/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
-doctest::Approx near(double value, double tolerance = 1e-9) {
-  return doctest::Approx(value).epsilon(tolerance).scale(0);
-}
-
-}  // namespace
 
 // ---- step control
 

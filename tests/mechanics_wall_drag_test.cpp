@@ -8,6 +8,7 @@
 #include "src/effects/leakage.hpp"
 #include "src/effects/wall_drag.hpp"
 #include "src/mechanics/simulation.hpp"
+#include "tests/near.hpp"
 #include "tests/restored.hpp"
 #include "tests/spheres.hpp"
 
@@ -21,8 +22,6 @@ using steel_spheres::radius;
 using steel_spheres::relaxation;
 
 namespace {
-
-doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
 
 constexpr double start_gap = 2;  // radii
 constexpr double acceleration = 0.3;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "src/mechanics/simulation.hpp"
+#include "tests/near.hpp"
 #include "tests/spheres.hpp"
 
 namespace mergers_test {
@@ -14,9 +15,6 @@ using namespace lichtenberg::laplace;
 using namespace lichtenberg::steel_spheres;
 
 namespace {
-
-/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
-doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-9).scale(0); }
 
 constexpr double tolerance = 1e-5;  // m
 constexpr double speed = 0.01;      // Speed (m/s) at which the force below drives a body against drag.

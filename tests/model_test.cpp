@@ -14,6 +14,7 @@
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 #include "tests/message.hpp"
+#include "tests/near.hpp"
 
 // Counts every allocation of this program.
 namespace {
@@ -32,11 +33,6 @@ namespace model_test {
 using namespace lichtenberg;
 
 namespace {
-
-/// Approximate value with a relative tolerance. The default scale of doctest, 1, would accept all small values.
-doctest::Approx near(double value, double tolerance = 1e-9) {
-  return doctest::Approx(value).epsilon(tolerance).scale(0);
-}
 
 Bodies random_bodies(int n, int dimension, double width, std::uint32_t seed) {
   std::mt19937 random(seed);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "solvers/laplace/spheres/accuracy.hpp"
+#include "tests/near.hpp"
 #include "tests/sphere_problems.hpp"
 
 namespace spheres_uniform_field_test {
@@ -14,8 +15,6 @@ using namespace lichtenberg::laplace;
 using namespace lichtenberg::sphere_problems;
 
 namespace {
-
-doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
 
 /// Dipole moment over 4 pi eps E of two neutral spheres of radius 1 at the gap `gap`, whose line of centres is along
 /// the field (Davis 1964). In bispherical coordinates with spheres at eta = +-eta_0 the potential is

@@ -6,18 +6,13 @@
 
 #include "solvers/error.hpp"
 #include "src/theory/coagulation_kernels.hpp"
+#include "tests/near.hpp"
 
 namespace theory_kernels_test {
 
 using namespace lichtenberg;
 using namespace lichtenberg::theory;
 using doctest::Approx;
-
-namespace {
-
-Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(0); }
-
-}  // namespace
 
 // Smoluchowski's equation with K = i j: M_0 = 1 - t/2, M_2 = 1/(1 - t), f_k = k^(k-2) t^(k-1) e^(-k t) / k! for t < 1.
 TEST_CASE("power_kernel, product of sizes: closed form before gelation") {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "src/theory/smoluchowski.hpp"
+#include "tests/near.hpp"
 
 namespace theory_smoluchowski_test {
 
@@ -11,8 +12,6 @@ using namespace lichtenberg::theory;
 using doctest::Approx;
 
 namespace {
-
-Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(0); }
 
 double constant(double, double) { return 1; }
 double additive(double i, double j) { return i + j; }

@@ -8,15 +8,13 @@
 
 #include "solvers/error.hpp"
 #include "src/theory/stability.hpp"
+#include "tests/near.hpp"
 
 namespace theory_stability_test {
 
 using namespace lichtenberg::theory;
-using doctest::Approx;
 
 namespace {
-
-Approx near(double value, double relative) { return Approx(value).epsilon(relative).scale(0); }
 
 std::vector<double> up_to(double last, int count) {
   std::vector<double> k;

@@ -35,7 +35,7 @@ double resistance(const Network& network, int low, int high) { return network::c
 /// Returns the resistance by the Moore-Penrose inverse of the dense conductance matrix: (e_a - e_b)^T S^+ (e_a - e_b).
 double pseudo_inverse_resistance(const Network& network, int low, int high) {
   const Eigen::MatrixXd dense = network::conductance_matrix(network);
-  const Eigen::MatrixXd inverse = pseudo_inverse(dense);
+  const Eigen::MatrixXd inverse = symmetric_pseudo_inverse(dense);
   return inverse(low, low) + inverse(high, high) - 2 * inverse(low, high);
 }
 

@@ -62,11 +62,11 @@ TEST_CASE("restitution: collisions at any speed have the given coefficient") {
 
 // The error test bounds each momentum's error in a step by relative_tolerance of the momentum, and of the floor of
 // make_cvode(). That floor is the speed of the smaller radius in largest_step. The bodies' speeds add up to at most 2.5
-// times the impact speed. In the variable u of ContactLoss the collision is that of a linear dashpot. There, errors of
-// the relative velocity do not grow, so that those of the steps add up.
-TEST_CASE("restitution: 900 collisions have the errors of their steps") {
+// times the impact speed. In the variable u of ContactLoss the collision is that of a linear spring and dashpot. There,
+// errors of the relative velocity do not grow, so that those of the steps add up.
+TEST_CASE("restitution: 990 collisions have the errors of their steps") {
   constexpr double small = 0.7;
-  for (const double restitution : {0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9})
+  for (const double restitution : {0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0})
     for (int speeds = 0; speeds < 10; ++speeds)
       for (int gaps = 0; gaps < 9; ++gaps) {
         const double speed = 1e-3 * std::pow(200, speeds / 9.0), gap = 2.5e-5 * std::pow(1.7, gaps);
@@ -74,6 +74,7 @@ TEST_CASE("restitution: 900 collisions have the errors of their steps") {
             scene_with({{0.05, 0.05}, {0.05 + (1 + small) * radius + gap, 0.05}}, {.restitution = restitution}, {});
         scene.conductors[1].radius = small * radius;
         scene.conductors[0].velocity = {speed, 0, 0};
+        if (restitution == 1) scene.mechanics.relative_tolerance = 1e-6;  // old Jacobians matter in long steps
         int steps = 0;
         Simulation simulation(scene);
         simulation.advance_to(5e-3 / speed, [&] { return ++steps, false; });

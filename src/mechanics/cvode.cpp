@@ -206,10 +206,10 @@ Cvode::Implementation::Implementation(Shared& s, std::vector<int> which)
   check(CVodeSetLinearSolver(memory, linear_solver, matrix));
   check(CVodeSetJacFn(memory, mechanics::jacobian));
   check(CVodeSetNoInactiveRootWarn(memory));
-  // The force of a damped contact ends at a finite overlap. A Jacobian from before makes Newton's corrections too small
-  // afterwards, the more the longer the steps. Their convergence test accepts small corrections, so that bodies keep an
-  // acceleration without a force. Therefore each factorization takes a new Jacobian, not one of up to 51 steps before.
-  if (model.dissipates()) check(CVodeSetJacEvalFrequency(memory, 1));
+  // A Jacobian from a contact makes Newton's corrections too small after its end, the more the longer the steps. Their
+  // convergence test accepts small corrections, so that bodies keep an acceleration without a force. Therefore each
+  // factorization takes a new Jacobian, not one of up to 51 steps before.
+  check(CVodeSetJacEvalFrequency(memory, 1));
 }
 
 Cvode::Implementation::~Implementation() {

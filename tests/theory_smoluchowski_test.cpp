@@ -9,6 +9,7 @@
 namespace theory_smoluchowski_test {
 
 using namespace lichtenberg::theory;
+using lichtenberg::near;
 using doctest::Approx;
 
 namespace {

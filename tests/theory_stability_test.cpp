@@ -13,6 +13,7 @@
 namespace theory_stability_test {
 
 using namespace lichtenberg::theory;
+using lichtenberg::near;
 
 namespace {
 

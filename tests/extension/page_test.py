@@ -13,7 +13,7 @@ from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[2]
 PAGE = HOME / "docs/developers/extending.md"
-MODEL = "tests/extension/extend_pair_force.cpp"
+MODEL = "extension_tests.dir/Unity/unity_0_cxx.cxx"
 COMMANDS = Path(os.environ.get("LICHTENBERG", HOME / "build/lichtenberg")).parent / "compile_commands.json"
 
 HEADERS = ("src/effects/device_forces.hpp", "src/effects/device_pair.hpp", "src/model/drive_part.hpp",

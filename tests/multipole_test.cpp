@@ -7,6 +7,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
+#include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "tests/multipole_problems.hpp"
 #include "tests/source_folder.hpp"
@@ -307,6 +308,20 @@ TEST_CASE("multipole method: errors are below the tolerance and the residual") {
     CHECK(error < tolerance);
     CHECK(solution.residual < tolerance);
     CHECK(error < solution.residual);
+  }
+}
+
+TEST_CASE("multipole method: a small force on a neutral disk is accurate") {
+  LaplaceProblem problem = random_disks(1, {1, 1}, 0.0157, 0.1);
+  std::get<Disk>(problem.bodies[0].shape).centre = {0.816, 0.681};
+  problem.groups[0].charge = 0;
+  for (const SideIndex side : {left, right}) problem.sides[side].kind = Side::Kind::electrode;
+  problem.sides[left].potential = 1;
+  const LaplaceSolution exact = MultipoleSolver(options(1e-13)).solve(problem);
+  for (const double tolerance : {1e-2, 1e-4, 1e-6, 1e-8}) {
+    CAPTURE(tolerance);
+    const LaplaceSolution found = MultipoleSolver(options(tolerance)).solve(problem);
+    CHECK(largest_error(problem, found, exact, scales_of(problem, exact)) < tolerance);
   }
 }
 

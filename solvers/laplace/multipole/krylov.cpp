@@ -1,113 +1,84 @@
 #include "solvers/laplace/multipole/krylov.hpp"
 
+#include <algorithm>
 #include <sstream>
-#include <unsupported/Eigen/IterativeSolvers>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/multipole/system.hpp"
 #include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace::multipole {
-class SystemMatrix;
-}  // namespace lichtenberg::laplace::multipole
 
-template <>
-struct Eigen::internal::traits<lichtenberg::laplace::multipole::SystemMatrix> : traits<Eigen::SparseMatrix<double>> {};
+Gmres::Gmres(const System& system, Eigen::VectorXd x)
+    : system_(&system),
+      right_(system.precondition(system.right_hand_side())),
+      x_(std::move(x)),
+      scale_(right_.norm()),
+      projected_{0.0} {
+  if (scale_ == 0) x_.setZero();
+  if (scale_ > 0) start();
+}
 
-namespace lichtenberg::laplace::multipole {
+/// Sets the first direction: the residual of x_.
+void Gmres::start() {
+  Eigen::VectorXd left = right_;
+  if (!x_.isZero(0)) left -= system_->precondition(*system_ * x_);
+  const double norm = left.norm();
+  directions_.assign(1, left / norm);
+  columns_.clear();
+  rotations_.clear();
+  projected_.assign(1, norm);
+}
 
-/// Adapter with the interface that Eigen's solvers require of a matrix known only by its products.
-class SystemMatrix : public Eigen::EigenBase<SystemMatrix> {
- public:
-  using Scalar = double;
-  using RealScalar = double;
-  using StorageIndex = int;
-  enum { ColsAtCompileTime = Eigen::Dynamic, MaxColsAtCompileTime = Eigen::Dynamic, IsRowMajor = false };
-
-  explicit SystemMatrix(const System& system) : system_(&system) {}
-  Eigen::Index rows() const { return system_->size(); }
-  Eigen::Index cols() const { return system_->size(); }
-  const System& system() const { return *system_; }
-  template <class Right>
-  Eigen::Product<SystemMatrix, Right, Eigen::AliasFreeProduct> operator*(const Eigen::MatrixBase<Right>& x) const {
-    return {*this, x.derived()};
+void Gmres::step() {
+  stop_if_requested();
+  Eigen::VectorXd next = system_->precondition(*system_ * directions_.back());
+  const std::size_t size = directions_.size();
+  Eigen::VectorXd column(size);
+  for (std::size_t k = 0; k < size; ++k) {
+    column[k] = directions_[k].dot(next);
+    next -= column[k] * directions_[k];
   }
+  const double norm = next.norm();
+  for (std::size_t k = 0; k + 1 < size; ++k) column.applyOnTheLeft(k, k + 1, rotations_[k].adjoint());
+  Eigen::JacobiRotation<double> rotation;
+  double& diagonal = column[size - 1];
+  rotation.makeGivens(diagonal, norm, &diagonal);
+  rotations_.push_back(rotation);
+  columns_.push_back(std::move(column));
+  projected_.push_back(rotation.s() * projected_.back());
+  projected_[size - 1] *= rotation.c();
+  directions_.emplace_back(next / norm);
+  ++iterations_;
+}
 
- private:
-  const System* system_;
-};
-
-namespace {
-
-class SystemPreconditioner {
- public:
-  template <class Matrix>
-  SystemPreconditioner& analyzePattern(const Matrix&) {
-    return *this;
-  }
-  template <class Matrix>
-  SystemPreconditioner& factorize(const Matrix&) {
-    return *this;
-  }
-  template <class Matrix>
-  SystemPreconditioner& compute(const Matrix& matrix) {
-    system_ = &matrix.system();
-    return *this;
-  }
-  Eigen::VectorXd solve(const Eigen::VectorXd& r) const { return system_->precondition(r); }
-  Eigen::ComputationInfo info() const { return Eigen::Success; }
-
- private:
-  const System* system_ = nullptr;
-};
-
-}  // namespace
-}  // namespace lichtenberg::laplace::multipole
-
-namespace Eigen::internal {
-
-template <class Right>
-struct generic_product_impl<lichtenberg::laplace::multipole::SystemMatrix, Right, SparseShape, DenseShape, GemvProduct>
-    : generic_product_impl_base<lichtenberg::laplace::multipole::SystemMatrix, Right,
-                                generic_product_impl<lichtenberg::laplace::multipole::SystemMatrix, Right>> {
-  template <class Result>
-  static void scaleAndAddTo(Result& result, const lichtenberg::laplace::multipole::SystemMatrix& matrix, const Right& x,
-                            double alpha) {
-    lichtenberg::stop_if_requested();
-    result.noalias() += alpha * (matrix.system() * x);
-  }
-};
-
-}  // namespace Eigen::internal
-
-namespace lichtenberg::laplace::multipole {
-
-KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_hand_side, double tolerance,
-                          Eigen::VectorXd& x) {
+void Gmres::reduce_to(double tolerance) {
   constexpr int most_iterations = 1000;
-  const double scale = system.precondition(right_hand_side).norm();
-  if (scale == 0) {
-    x.setZero();
-    return {};
+  constexpr std::size_t most_numbers = 1 << 26;  // 512 MiB of directions
+  const std::size_t restart = std::clamp<std::size_t>(most_numbers / std::max(1, system_->size()), 20, 200);
+  while (residual() > tolerance && iterations_ < most_iterations) {
+    if (columns_.size() == restart) {
+      x_ = solution();
+      start();
+    }
+    step();
   }
-  const double first = x.isZero(0) ? scale : system.precondition(right_hand_side - system * x).norm();
-  if (first <= tolerance * scale) return {0, first / scale, scale};
-  // Number of directions kept: at most 512 MiB of them. With preconditioned charges, which need fewer iterations, it is
-  // smaller, since Eigen initializes memory for all of them at the start.
-  const int restart = std::clamp((1 << 26) / system.size(), 20, system.has_preconditioner() ? 80 : 200);
-  Eigen::GMRES<SystemMatrix, SystemPreconditioner> gmres;
-  const SystemMatrix matrix(system);
-  gmres.compute(matrix);
-  gmres.set_restart(restart);
-  gmres.setMaxIterations(most_iterations);
-  gmres.setTolerance(tolerance * scale / first);  // Eigen's tolerance is relative to the first residual
-  x = gmres.solveWithGuess(right_hand_side, x);
-  const KrylovResult result{static_cast<int>(gmres.iterations()), gmres.error() * first / scale, scale};
-  if (gmres.info() == Eigen::Success) return result;
+  if (residual() <= tolerance) return;
   std::ostringstream message;
-  message << "the multipole method's iteration stopped at a relative residual of " << result.residual << " after "
-          << result.iterations << " steps, short of " << tolerance;
+  message << "the multipole method's iteration stopped at a relative residual of " << residual() << " after "
+          << iterations_ << " steps, short of " << tolerance;
   throw Failure(message.str());
+}
+
+Eigen::VectorXd Gmres::solution() const {
+  Eigen::VectorXd x = x_;
+  std::vector<double> left = projected_;
+  for (std::size_t k = columns_.size(); k-- > 0;) {
+    const double amount = left[k] / columns_[k][k];
+    for (std::size_t row = 0; row < k; ++row) left[row] -= amount * columns_[k][row];
+    x += amount * directions_[k];
+  }
+  return x;
 }
 
 }  // namespace lichtenberg::laplace::multipole

@@ -16,7 +16,7 @@ namespace lichtenberg::laplace {
 using multipole::Cells;
 using multipole::Complex;
 using multipole::FarField;
-using multipole::KrylovResult;
+using multipole::Gmres;
 using multipole::Setting;
 using multipole::SolutionData;
 using multipole::System;
@@ -24,19 +24,19 @@ using multipole::Truncation;
 
 namespace {
 
-/// Bounds of the tolerance; below the lower one rounding stops GMRES. Least relative residual requested of GMRES.
-constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1, finest_residual = 1e-15;
+/// Bounds of the tolerance; below the lower one rounding stops GMRES.
+constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1;
+
 /// Error shares of the parts of the method, for wide gaps.
 struct ErrorShares {
   Truncation truncation;    ///< Neglected multipoles
   double interactions = 0;  ///< Neglected terms of interactions between disks
-  double krylov = 0;        ///< Residual of GMRES
 };
 
 ErrorShares error_shares(const MultipoleOptions& options) {
   const double tolerance = options.tolerance;
-  if (!options.results_only) return {{tolerance, false}, 0.1 * tolerance, 0.01 * tolerance};
-  return {{tolerance, true}, 0.2 * tolerance, 0.003 * tolerance};
+  if (!options.results_only) return {{tolerance, false}, 0.1 * tolerance};
+  return {{tolerance, true}, 0.2 * tolerance};
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -100,28 +100,6 @@ double forces_left_out(const SolutionData& solved, const LaplaceSolution& soluti
   return worst;
 }
 
-/// Estimates the error of the field and the results. Errors of potentials and forces are up to ten times GMRES's
-/// residual (empirical, for gaps down to 1e-4 R).
-double estimate_with_reserve(const SolutionData& solved, const KrylovResult& krylov) {
-  return std::max(10 * krylov.residual, multipoles_left_out(solved));
-}
-
-/// Estimates the error of charges, potentials and forces only. GMRES's residual is relative to the smaller of their
-/// scales; empirical factors make the estimate an upper bound in most cases. Charges that are all 0 are
-/// given, and exact. Returns 0 if everything has the same potential.
-double estimate_of_results(const SolutionData& solved, const KrylovResult& krylov, const LaplaceSolution& solution) {
-  const LaplaceProblem& problem = solved.setting->problem;
-  const Scales scales = scales_of(problem, solution);
-  if (scales.potential == 0) return 0;
-  double unit = scales.potential;
-  if (std::ranges::any_of(solution.body_charge, [](double charge) { return charge != 0; })) {
-    const double least = small_share * problem.permittivity * scales.potential;
-    unit = std::min(unit, std::max(scales.charge, least) / (2 * std::numbers::pi * problem.permittivity));
-  }
-  return std::max(50 * krylov.residual * krylov.scale / unit,
-                  scales.error_of_force(5 * forces_left_out(solved, solution)));
-}
-
 }  // namespace
 
 struct MultipoleSolver::Implementation {
@@ -130,6 +108,9 @@ struct MultipoleSolver::Implementation {
 
   LaplaceSolution solve(const LaplaceProblem& problem);
   void make_far_field(SolutionData& next);
+  LaplaceSolution results(const System& system, const Eigen::VectorXd& x, SolutionData& next) const;
+  double iterate(const System& system, Gmres& gmres, SolutionData& next, LaplaceSolution& solution) const;
+  double estimate(const SolutionData& solved, double difference, const LaplaceSolution& solution) const;
   const SolutionData& solved() const;
 };
 
@@ -144,37 +125,76 @@ void MultipoleSolver::Implementation::make_far_field(SolutionData& next) {
     next.far = std::make_unique<FarField>(next.setting->mirrors, next.setting->lattice, cells, order);
 }
 
+/// Computes potentials, charges and forces from the unknowns x, and sets the data of `next` that follow from x.
+LaplaceSolution MultipoleSolver::Implementation::results(const System& system, const Eigen::VectorXd& x,
+                                                         SolutionData& next) const {
+  next.coefficients = system.coefficients(x);
+  next.extra = system.extra(x);
+  const System::Potentials potentials = system.potentials(x, next.coefficients);
+  next.level = potentials.level;
+  LaplaceSolution solution;
+  next.group_potential = solution.group_potential = potentials.group;
+  evaluate_bodies(*next.setting, next.coefficients, solution);
+  return solution;
+}
+
+/// Iterates until the results of two iterates differ by at most the tolerance, where the residual of the second one is
+/// ten times smaller. Computes the results of the second one, and returns the difference. If errors decrease with the
+/// residual, the difference is the error of the first iterate. The second one is ten times better, which is the reserve
+/// for parts of the error that decrease more slowly. Relative errors of small charges and forces, and of potentials at
+/// narrow gaps, can exceed the residual by orders of magnitude.
+double MultipoleSolver::Implementation::iterate(const System& system, Gmres& gmres, SolutionData& next,
+                                                LaplaceSolution& solution) const {
+  constexpr double fall = 0.1, finest_residual = 1e-15;
+  const LaplaceProblem& problem = next.setting->problem;
+  double goal = fall * options.tolerance;
+  gmres.reduce_to(goal);
+  solution = results(system, gmres.solution(), next);
+  double difference = 0;
+  while (gmres.residual() > finest_residual) {
+    goal = std::max(fall * std::min(goal, gmres.residual()), finest_residual);
+    gmres.reduce_to(goal);
+    const LaplaceSolution before = std::exchange(solution, results(system, gmres.solution(), next));
+    difference = largest_error(problem, before, solution, scales_of(problem, solution));
+    if (difference <= options.tolerance) break;
+  }
+  return difference;
+}
+
+/// Estimates the error from the difference of two iterates and the neglected multipoles.
+double MultipoleSolver::Implementation::estimate(const SolutionData& solved, double difference,
+                                                 const LaplaceSolution& solution) const {
+  const double left_out =
+      options.results_only
+          ? scales_of(solved.setting->problem, solution).error_of_force(5 * forces_left_out(solved, solution))
+          : multipoles_left_out(solved);
+  return std::max(difference, left_out);
+}
+
 LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& problem) {
   auto start = std::chrono::steady_clock::now();
   const ErrorShares shares = error_shares(options);
   SolutionData next;
   next.setting = std::make_unique<Setting>(problem, options.unbounded, shares.truncation);
   make_far_field(next);
-  const double narrowness = next.setting->arrangement.narrowness;
-  const System system(*next.setting, *next.far, narrowness * shares.interactions);
+  const System system(*next.setting, *next.far, next.setting->arrangement.narrowness * shares.interactions);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(system.size());
   if (last.setting) x = system.first_guess(last.setting->layout, last.coefficients, last.extra);
   last = {};
-  LaplaceSolution solution;
-  solution.unknowns = system.size();
-  solution.seconds.setup = seconds_since(start);
+  const double setup = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
-  const double residual = std::max(narrowness * shares.krylov, finest_residual);
-  const KrylovResult krylov = solve_krylov(system, system.right_hand_side(), residual, x);
-  solution.iterations = krylov.iterations;
+  Gmres gmres(system, std::move(x));
+  LaplaceSolution solution;
+  const double difference = iterate(system, gmres, next, solution);
+  solution.unknowns = system.size();
+  solution.iterations = gmres.iterations();
+  solution.seconds.setup = setup;
   solution.seconds.solve = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
-  next.coefficients = system.coefficients(x);
-  next.extra = system.extra(x);
-  const System::Potentials potentials = system.potentials(x, next.coefficients);
-  next.level = potentials.level;
-  next.group_potential = solution.group_potential = potentials.group;
-  evaluate_bodies(*next.setting, next.coefficients, solution);
   evaluate_sides(*next.setting, next.coefficients, solution);
-  solution.residual =
-      options.results_only ? estimate_of_results(next, krylov, solution) : estimate_with_reserve(next, krylov);
+  solution.residual = estimate(next, difference, solution);
   solution.seconds.forces = seconds_since(start);
   last = std::move(next);
   return solution;

@@ -24,11 +24,12 @@ struct MultipoleOptions {
 /// side of their fixed potential, and cross it by up to 0.5 % of the radius. Sides are insulating or electrodes of
 /// constant potential. If two electrodes of different potential meet in a corner, their charges and the energy are
 /// infinite and reported as such. A charge is NaN if it diverges with opposite signs at the two ends of its side.
-/// `LaplaceSolution::residual` estimates the relative error. It is the larger of two terms: ten times the relative
-/// residual of GMRES, and the neglected multipoles of the worst disk over the largest coefficient. The neglected
-/// multipoles are extrapolated from the last ones. The estimate exceeds `tolerance` if order 1000 does not suffice. For
-/// example, tolerances below 1e-7 need more for a disk at a small gap from one 50 times smaller. With `results_only`
-/// the two terms are the effects of the neglected multipoles and of the residual of GMRES on the results.
+/// The iteration stops when its last two results, whose residuals differ by a factor of ten, differ by at most the
+/// tolerance. `LaplaceSolution::residual` estimates the relative error. It is the larger of two terms: that difference,
+/// and the neglected multipoles of the worst disk over the largest coefficient. The neglected multipoles are
+/// extrapolated from the last ones. The estimate exceeds `tolerance` if order 1000 does not suffice. For example,
+/// tolerances below 1e-7 need more for a disk at a small gap from one 50 times smaller. With `results_only` the second
+/// term is the effect of the neglected multipoles on forces.
 class MultipoleSolver : public LaplaceSolver {
  public:
   /// Makes a solver. Throws InputError unless the tolerance is between 1e-13 and 0.1 and there is at least one cell.

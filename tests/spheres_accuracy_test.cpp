@@ -69,6 +69,19 @@ TEST_CASE("spheres, solve_to_accuracy: the largest error is below the request") 
   }
 }
 
+TEST_CASE("spheres, tolerance: forces that nearly cancel at a gap are accurate") {
+  // Charges of one sign repel, and the charges that they induce at the gap attract.
+  SphereProblem problem{.free_space = true, .permittivity = 1};
+  problem.spheres = {{{0, 0, 0}, 1, 0}, {{0, 0, 1.7606}, 0.7457, 1}};
+  problem.groups = {{.charge = 671}, {.charge = 647}};
+  const SphereSolution exact = SphereSolver({.accuracy = 1e-9}).solve(problem);
+  for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5}) {
+    CAPTURE(tolerance);
+    const SphereSolution found = SphereSolver({.accuracy = tolerance}).solve(problem);
+    CHECK(largest_error(problem, found, exact, scales_of(problem, exact)) < tolerance);
+  }
+}
+
 TEST_CASE("spheres, solve_to_accuracy: request met if the force is zero by symmetry") {
   SphereProblem problem = near_wall();
   problem.spheres[0].centre = problem.box.lengths * 0.5;

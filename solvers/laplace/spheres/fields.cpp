@@ -37,9 +37,6 @@ namespace {
 
 constexpr int least_site_degree = 2;
 
-/// Share of the accuracy for the truncation of harmonics, in the requirements of gaps between conductors. The residual
-/// of the iteration may use a part of the rest (solver.cpp).
-constexpr double truncation_share = 0.5;
 /// Empirical: with degree 2, errors of forces may exceed a coarser request.
 constexpr double coarsest_truncation = 0.05;
 
@@ -198,6 +195,8 @@ std::string in_words(double possible) {
 
 }  // namespace
 
+double Fields::last_harmonics() const { return truncation_for(accuracy_); }
+
 void Fields::RequiredDegree::raise(double to, double possible_then) {
   degree = std::max(degree, to);
   possible = std::max(possible, possible_then);
@@ -294,10 +293,10 @@ bool Fields::suffices_for(const NearPair& pair) const {
          at_gap(source.radius, target.radius, gap, accuracy_).degree <= source.degree;
 }
 
-Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
-               parallel::Team& team)
-    : mirrors_(mirrors), accuracy_(options.accuracy), fixed_degree_(options.degree) {
-  const double accuracy = accuracy_;
+Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, double share,
+               const Fields* past, parallel::Team& team)
+    : mirrors_(mirrors), accuracy_(share * options.accuracy), fixed_degree_(options.degree) {
+  const double accuracy = options.accuracy;
   for (const Sphere& sphere : problem.spheres) sites_.push_back({sphere.centre, sphere.radius, 0});
   if (sites_.size() > direct_limit)
     cells_ = std::make_unique<Cells>(problem, sites_);

@@ -28,8 +28,9 @@ constexpr int targets_a_chunk = 32;
 
 }  // namespace
 
-/// Degrees of a pair, beyond which (reach / distance)^l is below the accuracy. They are the same for both directions,
-/// so that the matrix stays symmetric.
+/// Degrees of a pair, beyond which (reach / distance)^l is below the accuracy. They are at least 2, because the force
+/// on a neutral sphere begins with its dipole and the field's gradient. They are the same for both directions, so that
+/// the matrix stays symmetric.
 class NearField::DegreesByDistance {
  public:
   explicit DegreesByDistance(double accuracy) {
@@ -40,7 +41,7 @@ class NearField::DegreesByDistance {
     if (reach >= distance) return most;
     const auto first = std::lower_bound(largest_ratio_.begin(), largest_ratio_.begin() + std::min(most, largest_degree),
                                         reach / distance);
-    return std::min(static_cast<int>(first - largest_ratio_.begin()) + 1, most);
+    return std::min(std::max(static_cast<int>(first - largest_ratio_.begin()) + 1, 2), most);
   }
 
  private:

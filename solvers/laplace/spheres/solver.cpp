@@ -20,6 +20,7 @@ namespace {
 /// measures the same values again.
 struct ForceControl {
   double share = 1;           ///< Factor of the tolerance that the forces of the last solve needed
+  double harmonics = 1;       ///< Factor of the accuracy of the degrees that the forces of the last solve needed
   double least_share = 1e-3;  ///< Smaller factors are not tried; rounding raises it
   double eigenvalue = 1;      ///< Smallest eigenvalue of the preconditioned matrix, at most 1
 };
@@ -84,6 +85,79 @@ double force_error(const System& system, const std::vector<double>& x, const std
   const Scales scales = scales_of(problem, solution);
   return 4 * std::numbers::pi * problem.permittivity * std::sqrt(strongest * error) /
          (eigenvalue * std::max(scales.force, scales.force_rounding));
+}
+
+/// Returns the norm of the harmonics of degree l of one sphere.
+double norm_of_degree(const double* multipoles, int l) {
+  double squares = 0;
+  for (int k = harmonics(l - 1); k < harmonics(l); ++k) squares += multipoles[k] * multipoles[k];
+  return std::sqrt(squares);
+}
+
+/// Multipoles without those that have the proportions of close-pair corrections.
+struct SmoothMultipoles {
+  std::vector<double> values;
+  std::vector<char> corrected;  ///< Per sphere: true if it has a correction
+};
+
+SmoothMultipoles without_corrections(const System& system, const std::vector<double>& x, std::vector<double> all) {
+  SmoothMultipoles smooth{std::move(all), std::vector<char>(system.sites().size())};
+  const std::vector<int> start = starts(system.sites());
+  const std::vector<ClosePair>& pairs = system.fields().close_pairs();
+  for (std::size_t p = 0; p < pairs.size(); ++p)
+    for (const PairCorrection& correction : pairs[p].corrections) {
+      const int sphere = correction.sphere, degree = system.sites()[sphere].degree;
+      std::vector<double> harmonic(harmonics(degree));
+      regular_harmonics(correction.axis, degree, harmonic.data());
+      const double scale = correction.sign * system.amplitude(x.data(), p);
+      for (int l = 0; l <= degree; ++l)
+        for (int k = harmonics(l - 1); k < harmonics(l); ++k)
+          smooth.values[start[sphere] + k] -= scale * correction.multipoles[l] * harmonic[k];
+      smooth.corrected[sphere] = 1;
+    }
+  return smooth;
+}
+
+/// Estimates the error of the forces due to the truncation of harmonics, over the largest force on a movable sphere. A
+/// force over 4 pi eps is a sum over l of about l a_(l-1) a_l. Harmonics s that no close-pair correction continues are
+/// omitted beyond the degree p. Near touching conductors they fall like exp(-sqrt(2 beta l)), to e at l = p. From one
+/// degree to the next they then fall by exp(ln(e) / (2p)), and at a gap by more. Terms p s_(p-1) s_p fall by its square,
+/// terms p a_(p-1) s_p with a correction's slowly falling a by the factor itself. The later terms are a geometric
+/// series. Spheres that reflect small ones omit none; dielectrics are not estimated.
+double truncation_error(const System& system, const std::vector<double>& x, const SphereSolution& solution) {
+  const SphereProblem& problem = system.problem();
+  const std::vector<double> all = system.multipoles(x.data());
+  const auto [smooth, corrected] = without_corrections(system, x, all);
+  const std::vector<int> start = starts(system.sites());
+  std::vector<char> reflects(system.sites().size());
+  for (const Reflection& reflection : system.fields().reflections()) reflects[reflection.large] = 1;
+  const int spheres = static_cast<int>(problem.spheres.size()),
+            movable = problem.movable < 0 ? spheres : problem.movable;
+  double worst = 0;
+  for (int i = 0; i < movable; ++i) {
+    if (reflects[i] || !problem.spheres[i].is_conductor()) continue;
+    const int p = system.sites()[i].degree;
+    const double *a = &all[start[i]], *s = &smooth[start[i]];
+    const double falls = std::pow(system.fields().last_harmonics(), (corrected[i] ? 0.5 : 1) / p);
+    const double last =
+        norm_of_degree(a, p - 1) * norm_of_degree(s, p) + norm_of_degree(s, p - 1) * norm_of_degree(a, p);
+    worst = std::max(worst, (corrected[i] ? 1 : 0.5) * p * last * falls / (1 - falls));
+  }
+  const Scales scales = scales_of(problem, solution);
+  const double unit = 4 * std::numbers::pi * problem.permittivity;
+  return unit * worst / std::max(scales.force, scales.force_rounding);
+}
+
+/// Tests whether the forces need higher degrees. Sets the factor of the accuracy that the degrees need, in proportion
+/// to the error.
+bool has_too_few_harmonics(const System& system, double accuracy, const std::vector<double>& x,
+                           const SphereSolution& solution, ForceControl& forces) {
+  constexpr double margin = 0.7, least = 1e-4;
+  if (system.fields().has_fixed_degree()) return false;
+  const double used = system.fields().accuracy() / accuracy;
+  const double excess = truncation_error(system, x, solution) / (truncation_share * accuracy);
+  forces.harmonics = excess > 0 ? std::clamp(margin * used / excess, least, 1.0) : 1;
+  return excess > 1 && forces.harmonics < used;
 }
 
 /// Iterates until the residual is small enough for potentials, charges and forces. Forces of distant or neutral spheres
@@ -151,23 +225,45 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   Timings seconds;
   std::unique_ptr<System> system;
   std::vector<double> x;
-  {
+  KrylovResult krylov;
+  const auto set_up = [&](double share) {
     const Stopwatch watch(seconds.setup);
-    system = std::make_unique<System>(problem, my.options, *my.team, my.system.get());
+    const System* past = system ? system.get() : my.system.get();
+    system = std::make_unique<System>(problem, my.options, *my.team, past, share);
+  };
+  const auto can_set_up = [&](double share) {
+    try {
+      set_up(share);
+      return true;
+    } catch (const InputError&) {  // The largest degree does not suffice
+    } catch (const Failure&) {     // or that of a correction
+    }
+    return false;
+  };
+  const auto solve = [&] {
+    {
+      const Stopwatch watch(seconds.solve);
+      if (!my.history.empty() && my.history.front().sites.size() != system->sites().size()) my.history.clear();
+      x = system->start(my.history, tolerance_for(*system, my.options.accuracy));
+    }
+    const int before = krylov.iterations;
+    krylov = iterate(*system, my.options.accuracy, my.forces, x, solution);
+    krylov.iterations += before;
+    seconds.solve += solution.seconds.solve, seconds.forces += solution.seconds.forces;
+    my.history.push_front(system->past(x, solution.group_potential));
+  };
+  if (my.forces.harmonics == 1 || !can_set_up(my.forces.harmonics)) set_up(1);
+  solve();
+  if (has_too_few_harmonics(*system, my.options.accuracy, x, solution, my.forces) && can_set_up(my.forces.harmonics)) {
+    solve();
+    my.history.erase(my.history.begin() + 1);
   }
-  {
-    const Stopwatch watch(seconds.solve);
-    if (!my.history.empty() && my.history.front().sites.size() != system->sites().size()) my.history.clear();
-    x = system->start(my.history, tolerance_for(*system, my.options.accuracy));
-  }
-  const KrylovResult krylov = iterate(*system, my.options.accuracy, my.forces, x, solution);
-  my.history.push_front(system->past(x, solution.group_potential));
   if (my.history.size() > longest_history) my.history.pop_back();
   for (const Site& site : system->sites()) solution.degree = std::max(solution.degree, site.degree);
   solution.unknowns = system->size();
   solution.iterations = krylov.iterations;
   solution.residual = krylov.residual;
-  solution.seconds.setup = seconds.setup, solution.seconds.solve += seconds.solve;
+  solution.seconds = seconds;
   my.system = std::move(system);
   my.x = std::move(x);
   my.solution = solution;

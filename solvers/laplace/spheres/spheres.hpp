@@ -55,13 +55,13 @@ struct SphereProblem {
   /// and has no ground; otherwise 0. With a background the mean potential over the box is 0.
   double neutralized_charge() const;
   /// Checks the problem; throws InputError unless all of this holds. All numbers are finite; lengths, radii and the
-  /// permittivity are positive. An axis is periodic on both sides or on none. Conductors do not touch or cross electrode
-  /// sides. Dielectrics cross electrode sides by at most 0.5 % of their radius, so that they overlap their images by as
-  /// much as each other. Spheres cross insulating sides by at most 1 %. Each sphere has a group. A coupling joins two
-  /// different groups and has a finite capacitance of at least 0. A floating group has a sphere, or is coupled to a
-  /// group with a sphere. Conductors of different groups do not touch; other spheres overlap by at most 1 % of the
-  /// smaller radius. A dielectric is alone in a floating group and has a relative permittivity above 1. Without ground
-  /// the charges sum to zero, or all sides are periodic.
+  /// permittivity are positive. An axis is periodic on both sides or on none. Conductors do not touch or cross
+  /// electrode sides. Dielectrics cross electrode sides by at most 0.5 % of their radius, so that they overlap their
+  /// images by as much as each other. Spheres cross insulating sides by at most 1 %. Each sphere has a group. A
+  /// coupling joins two different groups and has a finite capacitance of at least 0. A floating group has a sphere, or
+  /// is coupled to a group with a sphere. Conductors of different groups do not touch; other spheres overlap by at most
+  /// 1 % of the smaller radius. A dielectric is alone in a floating group and has a relative permittivity above 1.
+  /// Without ground the charges sum to zero, or all sides are periodic.
   void check() const;
 };
 
@@ -107,8 +107,8 @@ struct PointField {
 /// Options of SphereSolver.
 struct SphereOptions {
   /// Target for the errors of potentials, charges and forces, relative to the largest potential difference, charge and
-  /// force; 1e-12 to 0.1. Errors of forces can exceed it if forces nearly cancel; solve_to_accuracy() in
-  /// accuracy.hpp measures and bounds the error.
+  /// force; 1e-12 to 0.1. Degrees are raised if forces nearly cancel. Errors of forces can exceed the target if the
+  /// largest degree does not suffice; solve_to_accuracy() in accuracy.hpp measures and bounds the error.
   double accuracy = 1e-3;
   /// Degree of the harmonics on all spheres, 1 to 200, without close-pair corrections; 0: chosen from the accuracy.
   int degree = 0;

@@ -22,14 +22,15 @@ bool same_geometry(const SphereProblem& a, const SphereProblem& b) {
 
 }  // namespace
 
-System::System(const SphereProblem& problem, const SphereOptions& options, parallel::Team& team, const System* past)
+System::System(const SphereProblem& problem, const SphereOptions& options, parallel::Team& team, const System* past,
+               double share)
     : problem_(problem),
       mirrors_(problem),
       wall_(problem),
-      fields_(
-          past && same_geometry(past->problem_, problem)
-              ? past->fields_
-              : std::make_shared<const Fields>(problem, mirrors_, options, past ? past->fields_.get() : nullptr, team)),
+      fields_(past && same_geometry(past->problem_, problem) && past->fields_->accuracy() <= share * options.accuracy
+                  ? past->fields_
+                  : std::make_shared<const Fields>(problem, mirrors_, options, share,
+                                                   past ? past->fields_.get() : nullptr, team)),
       sites_(fields_->sites()),
       start_(starts(sites_)),
       team_(&team),

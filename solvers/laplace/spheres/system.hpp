@@ -29,19 +29,26 @@ struct WallPotential {
 
 struct ResponseMultipoles;
 
+/// Share of the accuracy for errors of forces due to the truncation of harmonics. The residual of the iteration uses a
+/// part of the rest (solver.cpp).
+inline constexpr double truncation_share = 0.5;
+
 /// Fields of the spheres' multipoles, at the spheres and at points. Near spheres and images act directly (NearField).
 /// All others act by Ewald sums for each pair (FarField, up to 48 spheres) or between cells (CellField).
 class Fields {
  public:
-  /// Chooses the degrees of the spheres' harmonics for the accuracy, unless the options give a degree, and prepares all
-  /// tables. `past`: earlier fields whose tables are used again if possible. Throws InputError if a required degree is
-  /// too large, and the exceptions of close_pairs().
-  Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
-         parallel::Team& team);
+  /// Chooses the degrees of the spheres' harmonics for the accuracy times `share`, unless the options give a degree,
+  /// and prepares all tables for the accuracy. `past`: earlier fields whose tables are used again if possible. Throws
+  /// InputError if a required degree is too large, and the exceptions of close_pairs().
+  Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, double share,
+         const Fields* past, parallel::Team& team);
 
   const std::vector<Site>& sites() const { return sites_; }                    ///< Spheres with their degrees
   const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }   ///< Narrow gaps with corrections
   const std::vector<Reflection>& reflections() const { return reflections_; }  ///< Small spheres next to large ones
+  double accuracy() const { return accuracy_; }  ///< Accuracy for which the degrees were chosen
+  /// Returns the size of the last harmonics that the degrees of touching conductors permit, in units of the first.
+  double last_harmonics() const;
   double narrowness() const { return narrowness_; }  ///< Smallest factor for narrow gaps (close_pairs.hpp)
   /// Adds the field of the `multipoles` a_lm (V) of all spheres, except each sphere's own field, to the `local`
   /// coefficients b_lm (V). Both arrays are [site][harmonic].
@@ -111,8 +118,9 @@ class System {
   System(const System&) = delete;
   System& operator=(const System&) = delete;
   /// Sets up the system of a problem. `past`: system of an earlier solve whose tables are used again if possible, or
-  /// null.
-  System(const SphereProblem& problem, const SphereOptions& options, parallel::Team& team, const System* past);
+  /// null. `share`: factor of the accuracy for the degrees.
+  System(const SphereProblem& problem, const SphereOptions& options, parallel::Team& team, const System* past,
+         double share = 1);
 
   /// Returns the number of unknowns: harmonics of all spheres, one amplitude per close pair, one unknown per coupling.
   int size() const { return first_coupling() + constraints_.coupling_count(); }

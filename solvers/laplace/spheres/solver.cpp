@@ -22,7 +22,6 @@ struct ForceControl {
   double share = 1;           ///< Factor of the tolerance that the forces of the last solve needed
   double harmonics = 1;       ///< Factor of the accuracy of the degrees that the forces of the last solve needed
   double least_share = 1e-3;  ///< Smaller factors are not tried; rounding raises it
-  double eigenvalue = 1;      ///< Smallest eigenvalue of the preconditioned matrix, at most 1
 };
 
 }  // namespace
@@ -121,9 +120,9 @@ SmoothMultipoles without_corrections(const System& system, const std::vector<dou
 /// Estimates the error of the forces due to the truncation of harmonics, over the largest force on a movable sphere. A
 /// force over 4 pi eps is a sum over l of about l a_(l-1) a_l. Harmonics s that no close-pair correction continues are
 /// omitted beyond the degree p. Near touching conductors they fall like exp(-sqrt(2 beta l)), to e at l = p. From one
-/// degree to the next they then fall by exp(ln(e) / (2p)), and at a gap by more. Terms p s_(p-1) s_p fall by its square,
-/// terms p a_(p-1) s_p with a correction's slowly falling a by the factor itself. The later terms are a geometric
-/// series. Spheres that reflect small ones omit none; dielectrics are not estimated.
+/// degree to the next they then fall by exp(ln(e) / (2p)), and at a gap by more. Terms p s_(p-1) s_p fall by its
+/// square, terms p a_(p-1) s_p with a correction's slowly falling a by the factor itself. The later terms are a
+/// geometric series. Spheres that reflect small ones omit none; dielectrics are not estimated.
 double truncation_error(const System& system, const std::vector<double>& x, const SphereSolution& solution) {
   const SphereProblem& problem = system.problem();
   const std::vector<double> all = system.multipoles(x.data());
@@ -152,6 +151,7 @@ double truncation_error(const System& system, const std::vector<double>& x, cons
 /// to the error.
 bool has_too_few_harmonics(const System& system, double accuracy, const std::vector<double>& x,
                            const SphereSolution& solution, ForceControl& forces) {
+  // The margin is a reserve, because degrees are whole numbers.
   constexpr double margin = 0.7, least = 1e-4;
   if (system.fields().has_fixed_degree()) return false;
   const double used = system.fields().accuracy() / accuracy;
@@ -165,10 +165,10 @@ bool has_too_few_harmonics(const System& system, double accuracy, const std::vec
 /// tolerance. Computes the solution.
 KrylovResult iterate(const System& system, double accuracy, ForceControl& forces, std::vector<double>& x,
                      SphereSolution& solution) {
-  constexpr double margin = 0.7;
+  constexpr double margin = 0.7;  // Reserve: errors are about proportional to the residual
   const double tolerance = tolerance_for(system, accuracy), finest = std::min(tolerance, finest_residual);
   const auto goal_for = [&] { return std::max(std::clamp(forces.share, forces.least_share, 1.0) * tolerance, finest); };
-  double goal = goal_for(), reached = tolerance;
+  double goal = goal_for(), reached = tolerance, eigenvalue = 1;
   std::optional<KrylovResult> found;
   Timings seconds;
   for (int iterations = 0;;) {
@@ -185,12 +185,11 @@ KrylovResult iterate(const System& system, double accuracy, ForceControl& forces
     }
     reached = goal;
     found->iterations = iterations += found->iterations;
-    forces.eigenvalue = std::min(forces.eigenvalue, found->eigenvalue);
+    eigenvalue = std::min(eigenvalue, found->eigenvalue);
     const Stopwatch watch(seconds.forces);
     solution = system.results(x, found->product);
     solution.seconds = seconds;
-    const double excess =
-        force_error(system, x, found->product, solution, forces.eigenvalue) / (force_share * accuracy);
+    const double excess = force_error(system, x, found->product, solution, eigenvalue) / (force_share * accuracy);
     forces.share = excess > 0 ? margin * found->residual / (excess * tolerance) : 1;
     const double next = goal_for();
     if (!(excess > 1) || !(next < goal)) return *std::move(found);

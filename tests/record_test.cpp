@@ -59,10 +59,10 @@ TEST_CASE("result frames: H5MD elements share one step and one time array") {
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
   CHECK_EQ(hdf5::get<std::int64_t>(file, "particles/conductors/position/step"), std::vector<std::int64_t>{0, 1, 2});
   CHECK_EQ(hdf5::get<double>(file, "observables/energy/time"), std::vector<double>{0, 1, 2});
-  H5O_info_t a, b;
-  hdf5::check(H5Oget_info_by_name(file, "particles/conductors/position/time", &a, H5P_DEFAULT));
-  hdf5::check(H5Oget_info_by_name(file, "observables/endpoints/time", &b, H5P_DEFAULT));
-  CHECK_EQ(a.addr, b.addr);
+  hobj_ref_t a = 0, b = 1;  // addresses in the file
+  hdf5::check(H5Rcreate(&a, file, "particles/conductors/position/time", H5R_OBJECT, -1));
+  hdf5::check(H5Rcreate(&b, file, "observables/endpoints/time", H5R_OBJECT, -1));
+  CHECK_EQ(a, b);
 }
 
 TEST_CASE("result terminals: collected charges by name, absent without terminals") {

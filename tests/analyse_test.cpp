@@ -16,6 +16,7 @@
 #include "src/record/result.hpp"
 #include "tests/file_numbers.hpp"
 #include "tests/frames.hpp"
+#include "tests/near.hpp"
 #include "tests/program.hpp"
 #include "tests/source_folder.hpp"
 
@@ -130,8 +131,6 @@ json analysed(const Folder& folder, const std::string& arguments) {
   return json::parse(ended.out);
 }
 
-doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-12).scale(0); }
-
 /// Checks for one message, status 2, and an unchanged file.
 void check_refused(const Folder& folder, const std::string& file, const std::string& part,
                    const std::string& options = "") {
@@ -167,8 +166,8 @@ TEST_CASE("analyse: gives degrees, loops, Strahler numbers and tree of each fram
   CHECK_EQ(first["branch_points"], 0);
   CHECK_EQ(first["strahler_number"], json({0, 3, 0}));
   CHECK_EQ(first["strahler"], json({1, 1, 1, 0}));
-  CHECK_EQ(first["edge_length_in_radii"][5].get<double>(), near(2.5));  // The mean.
-  CHECK_EQ(first["tree_length"].get<double>(), near(5e-3));
+  CHECK_EQ(first["edge_length_in_radii"][5].get<double>(), near(2.5, 1e-12));  // The mean.
+  CHECK_EQ(first["tree_length"].get<double>(), near(5e-3, 1e-12));
   CHECK_EQ(first["emst_degree_number"], json({0, 2, 2}));
   CHECK(first["box_dimension"].is_null());
   CHECK(first["power_dissipated"].is_null());
@@ -179,7 +178,7 @@ TEST_CASE("analyse: gives degrees, loops, Strahler numbers and tree of each fram
   CHECK_EQ(second["degree_number"], json({0, 1, 1, 2}));
   CHECK_EQ(second["branch_fraction"], 0.5);
   CHECK_EQ(second["residual_7_7"].get<double>(), doctest::Approx(0).epsilon(1e-12));
-  CHECK_EQ(second["residual_7_7_printed"].get<double>(), near(0.25 + 0.25));  // (1 + 2 + 3 + 3) / 4 - 2 + 1 / 4
+  CHECK_EQ(second["residual_7_7_printed"].get<double>(), near(0.25 + 0.25, 1e-12));  // (1 + 2 + 3 + 3) / 4 - 2 + 1 / 4
   CHECK_EQ(second["strahler"], json({2, 1, 1, 1}));  // 3 and 1, to which 2 is attached, both connect to 0.
   CHECK_EQ(second["strahler_streams"], json({0, 2, 1}).get<std::vector<int>>());
 }
@@ -190,10 +189,10 @@ TEST_CASE("analyse: computes power of drag, field and source from a frame's data
   const json answer = analysed(folder, "four.h5");
   const json& second = answer["frames"][1];
   const double drag = 6 * std::numbers::pi * 0.7 * 1e-3 * 25e-6, kinetic = 0.5 * 3e-5 * 25e-6;
-  CHECK_EQ(second["power_drag"].get<double>(), near(drag));
-  CHECK_EQ(second["power_field"].get<double>(), near(1e-6 * 3e-3 + 2e-6 * 4e-3));
-  CHECK_EQ(second["power_source"].get<double>(), near(0.2e-9 * 40));
-  CHECK_EQ(second["kinetic_energy"].get<double>(), near(kinetic));
+  CHECK_EQ(second["power_drag"].get<double>(), near(drag, 1e-12));
+  CHECK_EQ(second["power_field"].get<double>(), near(1e-6 * 3e-3 + 2e-6 * 4e-3, 1e-12));
+  CHECK_EQ(second["power_source"].get<double>(), near(0.2e-9 * 40, 1e-12));
+  CHECK_EQ(second["kinetic_energy"].get<double>(), near(kinetic, 1e-12));
   // The source supplied (20 nW + 8 nW) / 2, the field released 2 nJ in 0.5 s, and the motion has gained the kinetic
   // energy.
   CHECK_EQ(second["power_dissipated"].get<double>(), doctest::Approx(14e-9 + 4e-9 - kinetic / 0.5).epsilon(1e-9));

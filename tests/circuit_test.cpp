@@ -24,6 +24,7 @@
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/summary.hpp"
 #include "tests/line_charges.hpp"
+#include "tests/near.hpp"
 #include "tests/spheres.hpp"
 
 namespace circuit_test {
@@ -33,10 +34,6 @@ using namespace lichtenberg::effects;
 using namespace lichtenberg::steel_spheres;
 
 namespace {
-
-doctest::Approx near(double value, double relative = 1e-12) {
-  return doctest::Approx(value).epsilon(relative).scale(0);
-}
 
 /// Scene with a neutral sphere, on which line charges exert no force, and a distant ball at 1 kV behind a resistor. The
 /// ball's capacitance to the far ground of LineCharges is `capacitance`; the neutral sphere does not change it.
@@ -67,12 +64,12 @@ TEST_CASE("charge_step: integrates a constant current with leakage for any step"
   const double tau = 0.7, current = 3;
   for (const double dt : {1e-6, 0.1, 5.0, 400.0}) {
     const double exact = current * tau * -std::expm1(-dt / tau);
-    CHECK(current * charge_step(dt, 0, tau).weight == near(exact));
-    CHECK(current * charge_step(dt, 0, INFINITY).weight == near(current * dt));
+    CHECK(current * charge_step(dt, 0, tau).weight == near(exact, 1e-12));
+    CHECK(current * charge_step(dt, 0, INFINITY).weight == near(current * dt, 1e-12));
     const double before = 0.6 * dt, carried_before = current * tau * -std::expm1(-before / tau);
     const ChargeStep step = charge_step(dt, before, tau);
-    CHECK(step.weight * current + step.inherited * carried_before == near(exact));
-    CHECK(step.total_weight * current + step.total_inherited * current * before == near(current * dt));
+    CHECK(step.weight * current + step.inherited * carried_before == near(exact, 1e-12));
+    CHECK(step.total_weight * current + step.total_inherited * current * before == near(current * dt, 1e-12));
   }
 }
 
@@ -81,7 +78,8 @@ TEST_CASE("second charge_step: exact for linear current, O(dt^3) error if leakin
   const auto integral = [](double from, double to) { return 0.5 * (to * to - from * from); };  // of I = t
   const ChargeStep step = charge_step(dt, before, INFINITY);
   const double end = 1.0;
-  CHECK(step.weight * end + step.inherited * integral(end - dt - before, end - dt) == near(integral(end - dt, end)));
+  CHECK(step.weight * end + step.inherited * integral(end - dt - before, end - dt) ==
+        near(integral(end - dt, end), 1e-12));
   // With leakage the error is of third order: halving all times divides it by 8.
   const auto over = [&](double scale) {
     const double tau = 1, h = dt * scale, b = before * scale;
@@ -98,7 +96,7 @@ TEST_CASE("second charge_step: exact for linear current, O(dt^3) error if leakin
 TEST_CASE("charge_error: equals the error of one backward Euler step of charge") {
   // Backward Euler carries dt I(end). For a linear current this is too little by dt (I(start) - I(end)) / 2.
   CHECK(charge_error(0.1 * 1.0, 0.1, 1.2, 1.0, 0) == doctest::Approx(0.01).epsilon(0.2));
-  CHECK(charge_error(0.1 * 1.2, 0.1, 1.0, 1.2, 0) == near(0.01));
+  CHECK(charge_error(0.1 * 1.2, 0.1, 1.0, 1.2, 0) == near(0.01, 1e-12));
   // For dQ/dt = -Q and a step z, backward Euler carries z / (1 + z) instead of 1 - e^-z. The estimate is the
   // difference.
   for (const double z : {0.1, 1.0, 10.0, 1000.0})
@@ -277,7 +275,7 @@ TEST_CASE("series resistor: energy balances; half of it becomes heat once charge
         CHECK(flows.leakage == 0);
         if (rc < 0.3) CHECK(flows.series_resistors == near(0.5 * capacitance * 1e6, rc < 1e-3 ? 1e-6 : 2e-2));
       }
-      CHECK(flows.by_supplies == near(1000 * frame.terminals[0].delivered));
+      CHECK(flows.by_supplies == near(1000 * frame.terminals[0].delivered, 1e-12));
       CHECK(flows.contacts == 0);
       CHECK(std::abs(balance(frame)) < 1e-14 * frame.terminals[0].delivered);
     }
@@ -359,7 +357,7 @@ TEST_CASE("series circuit in an insulated box: potentials obey Kirchhoff's laws"
   CHECK(frame.terminals[0].surface_potential == near(400 - scene.electrodes[0].series_resistance * current, 1e-5));
   CHECK(frame.terminals[1].surface_potential == near(-200 + scene.electrodes[1].series_resistance * current, 1e-5));
   const EnergyFlows& flows = frame.energy_balance->flows;
-  CHECK(flows.by_supplies == near(400 * frame.terminals[0].delivered - 200 * frame.terminals[1].delivered));
+  CHECK(flows.by_supplies == near(400 * frame.terminals[0].delivered - 200 * frame.terminals[1].delivered, 1e-12));
   CHECK(std::abs(total_energy(frame) - total_energy(first)) < 1e-5 * flows.supplied());
 }
 
@@ -437,15 +435,15 @@ TEST_CASE("EnergyBudget: flows up to a contact use extrapolated potentials") {
       budget = same;
     }
     budget.record_merger(instant(2.5, -4), 0);
-    CHECK(budget.flows().by_source - before.by_source == near(current * 0.5 * (5 + 6.5) / 2));
+    CHECK(budget.flows().by_source - before.by_source == near(current * 0.5 * (5 + 6.5) / 2, 1e-12));
     // The electrode at 1 kV has 3 C at 2 s and 4 C before the merge. It leaks for 0.5 s with tau = 4 s.
-    CHECK(budget.flows().leakage - before.leakage == near(leaked * (5 + 6.5) / 2 + 1000 * 0.5 / 4 * 3.5));
+    CHECK(budget.flows().leakage - before.leakage == near(leaked * (5 + 6.5) / 2 + 1000 * 0.5 / 4 * 3.5, 1e-12));
   }
   SUBCASE("after a jump: first order, with the last potential and charge") {
     budget.reset_rates();
     budget.record_merger(instant(2.5, -4), 0);
-    CHECK(budget.flows().by_source - before.by_source == near(current * 0.5 * 5));
-    CHECK(budget.flows().leakage - before.leakage == near(leaked * 5 + 1000 * 0.5 / 4 * 3));
+    CHECK(budget.flows().by_source - before.by_source == near(current * 0.5 * 5, 1e-12));
+    CHECK(budget.flows().leakage - before.leakage == near(leaked * 5 + 1000 * 0.5 / 4 * 3, 1e-12));
   }
 }
 

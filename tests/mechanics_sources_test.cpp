@@ -13,6 +13,7 @@
 #include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/line_charges.hpp"
+#include "tests/near.hpp"
 #include "tests/spheres.hpp"
 
 namespace mechanics_sources_test {
@@ -21,10 +22,6 @@ using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
 
 namespace {
-
-doctest::Approx near(double value, double relative = 1e-12) {
-  return doctest::Approx(value).epsilon(relative).scale(0);
-}
 
 // Capacitance (F) of one ball to the far ground of LineCharges, and of two balls at one potential, 6 cm apart. A line
 // charge q has the potential q ln(L/r) / (2 pi eps).

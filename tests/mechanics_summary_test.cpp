@@ -11,6 +11,7 @@
 #include "src/analysis/circuit.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/mechanics/energy_budget.hpp"
+#include "tests/near.hpp"
 #include "tests/spheres.hpp"
 
 namespace mechanics_summary_test {
@@ -19,8 +20,6 @@ using namespace lichtenberg;
 using namespace lichtenberg::steel_spheres;
 
 namespace {
-
-doctest::Approx near(double value) { return doctest::Approx(value).epsilon(1e-12).scale(0); }
 
 Scene one_conductor() { return conductor_scene({{0.02, 0.05}}); }
 
@@ -53,7 +52,7 @@ TEST_CASE("energy imbalance without supply: is relative to the stored energy") {
     const Summary summary = mechanics::summarize(scene, outcome);
     return std::ranges::find(summary.quantities, "relative_energy_imbalance", &Quantity::name)->value;
   };
-  CHECK(relative() == near(0.5 / 1.5));
+  CHECK(relative() == near(0.5 / 1.5, 1e-12));
   CHECK(mechanics::energy_warning(scene, outcome).find("off by 33 % of the energy that is stored") !=
         std::string::npos);
   outcome.frame.energy = outcome.initial_energy = 0;
@@ -75,9 +74,9 @@ TEST_CASE("summary of conductors: overlaps and a missed accuracy give warnings")
 
 TEST_CASE("largest_overlap: disk pairs not both fixed, free disks with sides") {
   Scene scene = conductor_scene({{0.02, 0.05}, {0.02 + 1.5 * radius, 0.05}, {0.05, 0.4 * radius}});
-  CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.3));
+  CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.3, 1e-12));
   scene.conductors[2].fixed = true;
-  CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.25));
+  CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.25, 1e-12));
   scene.conductors[0].fixed = scene.conductors[1].fixed = true;
   CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == 0);
 }

@@ -114,13 +114,13 @@ double strongest_attraction(const Scene& scene) {
   return -scene.effects.find<effects::CoulombOptions>()->strength * least.charge * most.charge;
 }
 
-/// Stiffens contacts so that no two grains pass through each other, which the program refuses. Grains attracted from
-/// rest far away have the kinetic energy P / (1 - xi) at an overlap xi. Contacts of stiffness E store 2/5 E xi^(5/2).
-/// They stop the grains if E max(2/5 (1 - xi) xi^(5/2)) > P; the maximum is 0.0493, at xi = 5/7. With E = 278.6 grains
-/// of 16 in 500 gases passed through each other, also with finer steps and forces; P was up to 69.
+/// Stiffens contacts so that no pair that falls from rest passes through itself, which the program refuses. Grains
+/// attracted from rest far away have the kinetic energy P / (1 - xi) at an overlap xi. Contacts of stiffness E store
+/// 2/5 E xi^(5/2). They stop the grains if E max(2/5 (1 - xi) xi^(5/2)) > P; the maximum is 0.0492, at xi = 5/7. With
+/// E = 278.6 grains of 16 in 500 gases passed through each other, also with finer steps and forces; P was up to 69.
 void stiffen(Scene& scene) {
   double& elastic = scene.effects.find<effects::ViscoelasticContactOptions>()->elastic;
-  elastic = std::max(elastic, strongest_attraction(scene) / 0.0493);
+  elastic = std::max(elastic, strongest_attraction(scene) / 0.0492);
 }
 
 /// Tests the energy of a charged gas that cools for about three collisions of each grain. The sum of forces, and outer

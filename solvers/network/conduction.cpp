@@ -123,8 +123,14 @@ std::vector<double> solve(const Network& network, const ConductionOptions& optio
   const Elimination within_limits(network, {0, 1}, elimination);
   if (within_limits.done()) return eliminate(network, within_limits, options.voltage, result);
   if (auto current = iterate(network, options, result)) return *std::move(current);
-  elimination.required = true;
-  return eliminate(network, Elimination(network, {0, 1}, elimination), options.voltage, result);
+  elimination.operations = std::numeric_limits<double>::infinity();
+  const Elimination any_time(network, {0, 1}, elimination);
+  if (!any_time.done())
+    throw Failure(
+        fmt::format("the multigrid of the network did not converge in {} iterations, and its elimination "
+                    "needs more than {:.2g} bytes",
+                    result.iterations, options.memory));
+  return eliminate(network, any_time, options.voltage, result);
 }
 
 }  // namespace

@@ -208,7 +208,8 @@ Cvode::Implementation::Implementation(Shared& s, std::vector<int> which)
   check(CVodeSetNoInactiveRootWarn(memory));
   // A Jacobian from a contact makes Newton's corrections too small after its end, the more the longer the steps. Their
   // convergence test accepts small corrections, so that bodies keep an acceleration without a force. Therefore each
-  // factorization takes a new Jacobian, not one of up to 51 steps before.
+  // factorization takes a new Jacobian, not one of up to 51 steps before. CVODE still uses a factorization for up to 20
+  // steps of similar length.
   check(CVodeSetJacEvalFrequency(memory, 1));
 }
 

@@ -63,9 +63,9 @@ namespace {
 
 /// Returns the heat (J) of Effect::dissipated_power in a step of length dt (s) to the present state, by Simpson's rule
 /// on eight parts. States within the step are on the cubic through positions (m) and momenta (kg m/s) at both ends.
-/// The elastic energy that remains at the end of a damped force is lost while the overlap falls to 0. Steps are then up
-/// to ten times as long as the one before. The step that crosses the end of the overlap has an error of at most 2 % of
-/// that energy (56 % with one part).
+/// The elastic energy that remains at the end of a damped force is lost while the overlap falls to 0, often within one
+/// step. For a power that falls linearly to 0 within the step, the error is at most 1/48 of its first value times the
+/// step; with one part it would be 1/6.
 double heat_of_losses(Model& model, double dt, const std::vector<double>& position,
                       const std::vector<double>& momentum) {
   Bodies& bodies = model.bodies;
@@ -82,10 +82,10 @@ double heat_of_losses(Model& model, double dt, const std::vector<double>& positi
     return model.dissipated_power(0);
   };
   const double before = power_at(0);
-  double sum = before + after;
   constexpr int parts = 8;
-  if (sum > 0)
-    for (int k = 1; k < 2 * parts; ++k) sum += (k % 2 == 0 ? 2 : 4) * power_at(k / (2.0 * parts));
+  double sum = before + 2 * power_at(0.5) + after;
+  for (int k = 1; k < 2 * parts && sum > 0; ++k)
+    if (k != parts) sum += (k % 2 == 0 ? 2 : 4) * power_at(k / (2.0 * parts));
   bodies.position = last_position, bodies.momentum = last_momentum;
   return dt / (6 * parts) * sum;
 }

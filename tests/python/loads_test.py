@@ -135,7 +135,8 @@ class Loads(unittest.TestCase):
         (runs.FOLDER / "parts.toml").write_text((runs.FOLDER / "whole.toml").read_text())
         running = subprocess.Popen([runs.PROGRAM, "run", "parts.toml", "--quiet"], cwd=runs.FOLDER,
                                    stderr=subprocess.DEVNULL)
-        time.sleep(0.3)
+        while running.poll() is None and not (runs.FOLDER / "parts.h5").exists():
+            time.sleep(0.001)
         running.send_signal(signal.SIGTERM)
         if running.wait() != 0:  # it was not over yet
             status, _, complaint = runs.program("run", "parts.toml", "--resume", "--quiet")

@@ -21,6 +21,7 @@
 #include <random>
 #include <utility>
 
+#include "solvers/error.hpp"
 #include "solvers/network/build.hpp"
 #include "solvers/network/components.hpp"
 #include "solvers/network/conduction.hpp"
@@ -88,6 +89,7 @@ Network joined(const Network& network, int& low, int& high) {
 void by_multigrid(const Network& net, int low, int high, Cost& cost) {
   Clock clock;
   const MultigridSolution solution = solve_by_multigrid(net, low, high, 1, 1e-10);
+  if (!solution.converged) throw Failure("the multigrid did not converge");
   double power = 0;
   for (const Link& link : net.links)
     power += link.conductance * std::pow(solution.potential[link.a] - solution.potential[link.b], 2);

@@ -14,10 +14,10 @@ class Gmres {
  public:
   /// Starts from the guess x. `system` must outlive it.
   Gmres(const System& system, Eigen::VectorXd x);
-  /// Iterates until residual() is at most `tolerance`. Throws Failure if 1000 iterations in all do not suffice.
-  void reduce_to(double tolerance);
+  /// Iterates until residual() is at most `tolerance`. Returns false if 1000 iterations in all do not suffice.
+  bool reduce_to(double tolerance);
   /// Returns the norm of the preconditioned residual over that of the preconditioned right-hand side.
-  double residual() const { return scale_ > 0 ? std::abs(projected_.back()) / scale_ : 0; }
+  double residual() const { return scale_ == 0 ? 0 : std::abs(projected_.back()) / scale_; }
   /// Returns the number of iterations so far.
   int iterations() const { return iterations_; }
   /// Computes the iterate with the least residual.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <numbers>
+#include <sstream>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/measure.hpp"
@@ -148,12 +149,18 @@ double MultipoleSolver::Implementation::iterate(const System& system, Gmres& gmr
   constexpr double fall = 0.1, finest_residual = 1e-15;
   const LaplaceProblem& problem = next.setting->problem;
   double goal = fall * options.tolerance;
-  gmres.reduce_to(goal);
+  if (!gmres.reduce_to(goal)) {
+    std::ostringstream message;
+    message << "the multipole method's iteration stopped at a relative residual of " << gmres.residual() << " after "
+            << gmres.iterations() << " steps, short of " << goal;
+    throw Failure(message.str());
+  }
   solution = results(system, gmres.solution(), next);
   double difference = 0;
-  while (gmres.residual() > finest_residual) {
+  bool continues = true;  // false if rounding limits the residual
+  while (continues && gmres.residual() > finest_residual) {
     goal = std::max(fall * std::min(goal, gmres.residual()), finest_residual);
-    gmres.reduce_to(goal);
+    continues = gmres.reduce_to(goal);
     const LaplaceSolution before = std::exchange(solution, results(system, gmres.solution(), next));
     difference = largest_error(problem, before, solution, scales_of(problem, solution));
     if (difference <= options.tolerance) break;

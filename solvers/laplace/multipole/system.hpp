@@ -41,12 +41,8 @@ class System {
   /// Computes the product of the system's matrix with x.
   Eigen::VectorXd operator*(const Eigen::VectorXd& x) const;
   /// Applies the preconditioner: the identity for multipoles. For the other unknowns it is the inverse of the matrix
-  /// that they would have if the disks had no multipoles, or the identity (has_preconditioner()).
+  /// that they would have if the disks had no multipoles, or the identity if there are too many.
   Eigen::VectorXd precondition(const Eigen::VectorXd& residual) const;
-
-  /// Returns true if the preconditioner includes the unknowns other than multipoles. It does not if there are too many
-  /// of them.
-  bool has_preconditioner() const { return extra_inverse_.rows() == unknown_.others; }
 
   /// Makes an initial guess from an earlier solution: its multipoles up to the orders of both, and its other unknowns
   /// if their number is equal.

@@ -19,9 +19,10 @@ namespace {
 /// Measured data about errors of forces, for the next solve. SphereSolver::forget() resets them, so that a resumed run
 /// measures the same values again.
 struct ForceControl {
-  double share = 1;           ///< Factor of the tolerance that the forces of the last solve needed
-  double harmonics = 1;       ///< Factor of the accuracy of the degrees that the forces of the last solve needed
-  double least_share = 1e-3;  ///< Smaller factors are not tried; rounding raises it
+  double share = 1;               ///< Factor of the tolerance that the forces of the last solve needed
+  double harmonics = 1;           ///< Factor of the accuracy of the degrees that the forces of the last solve needed
+  double least_share = 1e-3;      ///< Smaller factors are not tried; rounding raises it
+  double least_harmonics = 1e-4;  ///< Likewise; a factor whose degrees are refused raises it
 };
 
 }  // namespace
@@ -42,8 +43,8 @@ namespace {
 /// Share of the accuracy that the residual of the iteration may use. It is empirical: with 0.3 the error of the forces
 /// doubles (docs/measurements/negative-results.json).
 constexpr double residual_share = 0.2;
-/// Share of the accuracy for the error of forces due to the residual. The truncation of harmonics may use half of the
-/// accuracy (fields.cpp). After few iterations the smallest eigenvalue is too large, hence not the whole rest.
+/// Share of the accuracy for the error of forces due to the residual. The truncation of harmonics may use
+/// truncation_share (system.hpp). After few iterations the smallest eigenvalue is too large, hence not the whole rest.
 constexpr double force_share = 0.2;
 /// Smallest tolerance of the iteration: about fifty roundings.
 constexpr double finest_residual = 1e-14;
@@ -152,11 +153,11 @@ double truncation_error(const System& system, const std::vector<double>& x, cons
 bool has_too_few_harmonics(const System& system, double accuracy, const std::vector<double>& x,
                            const SphereSolution& solution, ForceControl& forces) {
   // The margin is a reserve, because degrees are whole numbers.
-  constexpr double margin = 0.7, least = 1e-4;
+  constexpr double margin = 0.7;
   if (system.fields().has_fixed_degree()) return false;
   const double used = system.fields().accuracy() / accuracy;
   const double excess = truncation_error(system, x, solution) / (truncation_share * accuracy);
-  forces.harmonics = excess > 0 ? std::clamp(margin * used / excess, least, 1.0) : 1;
+  forces.harmonics = excess > 0 ? std::clamp(margin * used / excess, forces.least_harmonics, 1.0) : 1;
   return excess > 1 && forces.harmonics < used;
 }
 
@@ -253,9 +254,13 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   };
   if (my.forces.harmonics == 1 || !can_set_up(my.forces.harmonics)) set_up(1);
   solve();
-  if (has_too_few_harmonics(*system, my.options.accuracy, x, solution, my.forces) && can_set_up(my.forces.harmonics)) {
-    solve();
-    my.history.erase(my.history.begin() + 1);
+  if (has_too_few_harmonics(*system, my.options.accuracy, x, solution, my.forces)) {
+    if (can_set_up(my.forces.harmonics)) {
+      solve();
+      my.history.erase(my.history.begin() + 1);
+    } else {
+      my.forces.harmonics = my.forces.least_harmonics = system->fields().accuracy() / my.options.accuracy;
+    }
   }
   if (my.history.size() > longest_history) my.history.pop_back();
   for (const Site& site : system->sites()) solution.degree = std::max(solution.degree, site.degree);

@@ -16,8 +16,9 @@
 /// the state of a kill before the second.
 namespace lichtenberg::disk_calls {
 
-/// Called with the number of each disk call of this process, from 0, before the call.
-inline std::function<void(long)> before = [](long) {};
+/// Called with the number of each disk call of this process, from 0, before the call. It is empty by default, because
+/// libraries make such calls before the initialization of this program.
+inline std::function<void(long)> before;
 
 /// Number of disk calls of this process and its children.
 inline std::atomic<long>& done() {
@@ -38,7 +39,7 @@ inline void interrupt_before(long call, int signal) {
 /// Calls the C library's function of this name after the callback.
 template <class Result, class... Arguments>
 Result call(const char* name, Arguments... arguments) {
-  before(done()++);
+  if (const long number = done()++; before) before(number);
   return reinterpret_cast<Result (*)(Arguments...)>(dlsym(RTLD_NEXT, name))(arguments...);
 }
 

@@ -152,7 +152,7 @@ double truncation_error(const System& system, const std::vector<double>& x, cons
 /// to the error.
 bool has_too_few_harmonics(const System& system, double accuracy, const std::vector<double>& x,
                            const SphereSolution& solution, ForceControl& forces) {
-  // The margin is a reserve, because degrees are whole numbers.
+  // Empirical reserve: the error is only about proportional to the accuracy of the degrees, which are whole numbers.
   constexpr double margin = 0.7;
   if (system.fields().has_fixed_degree()) return false;
   const double used = system.fields().accuracy() / accuracy;
